@@ -1,0 +1,88 @@
+"""Conical pile: fill a cylinder that stands on a plane, lift it, wait until the heap is at rest.
+
+By hand:          yade -n -x conical_pile.py
+One table line:   YADE_BATCH=runs.table:2 yade -n -x conical_pile.py
+All lines:        yade-batch runs.table conical_pile.py
+"""
+import os
+import sys
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))  # YADE does not put the script's folder there
+
+import numpy as np
+from yade import O, utils
+
+import material
+import measure
+import packing
+import session
+import stop
+import walls
+
+
+def simulate(p, diagnostics):
+    """One conical pile; returns (status, responses, curves)."""
+    radius, cylinder = p["particle_radius"], p["cylinder_diameter"] / 2
+    grain, wall = session.start(p)
+    count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
+    centres = packing.cloud(
+        count, radius, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
+        cylinder, cylinder, p["pouring_height"], np.random.default_rng(p["seed"]),
+    )
+    O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
+    # The wall of the cylinder starts a hair above the base plane, so that the two never share a contact.
+    tube = O.bodies.append(walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 2 * radius, wall))
+    ids = session.add_grains(p, centres, grain)
+    diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
+
+    session.fill(p, ids, diagnostics)
+    filled = session.positions(ids)
+    lift(p, ids, tube, diagnostics)
+    return respond(p, filled, session.positions(ids), diagnostics)
+
+
+def lift(p, ids, tube, diagnostics):
+    """Lift the cylinder at constant speed, keep it at its height, wait for rest."""
+    mass, released, clock = material.grain_mass(p), O.time, time.process_time()
+    lifted = released + p["lift_height"] / p["lift_speed"]
+    for i in tube:
+        O.bodies[i].state.vel = (0, 0, p["lift_speed"])
+    stop.run_until(lambda: O.time >= lifted, O.dt, 2 * p["lift_height"] / p["lift_speed"], "lifting")
+    for i in tube:
+        O.bodies[i].state.vel = (0, 0, 0)
+
+    def at_rest():
+        return stop.mean_kinetic_energy(ids, mass) < p["rest_kinetic_energy"]
+
+    stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "conical pile")
+    session.finish(p, ids, diagnostics, released, clock, "at rest")
+
+
+def respond(p, filled, final, diagnostics):
+    """Pile angle, equivalent angle, curvature, asymmetry and apex rounding."""
+    radius, cylinder, mass = p["particle_radius"], p["cylinder_diameter"] / 2, material.grain_mass(p)
+    x, y, height = measure.height_map(filled, radius, cylinder, cylinder)
+    section = np.hypot(x[:, None], y[None, :]) < cylinder
+    diagnostics["filled_height"] = float(height[section].mean())
+    responses = dict(bulk_density=len(filled) * mass / (np.pi * cylinder**2 * height[section].mean()))
+
+    half = float(np.abs(final[:, :2]).max()) + 2 * radius
+    x, y, height = measure.height_map(final, radius, half, half)
+    responses["pile_equivalent_angle_deg"] = measure.cone_angle_from_moments(x, y, height)
+    position, profile = measure.radial_profile(x, y, height, radius)
+    fit = measure.fit_slope(*measure.between_heights(position, profile, 0.2, 0.8))
+    if fit:
+        responses.update(
+            pile_angle_of_repose_deg=fit["angle"], pile_angle_error_deg=fit["error"], pile_curvature=fit["curvature"],
+            pile_apex_rounding=fit["intercept"] - float(profile.max()),
+        )
+        right, left = (measure.fit_slope(*measure.between_heights(*measure.radial_profile(x, y, height, radius, half_plane), 0.2, 0.8))
+                       for half_plane in ((x[:, None] > 0) & (y[None, :] == y[None, :]), (x[:, None] < 0) & (y[None, :] == y[None, :])))
+        if right and left:
+            responses["pile_asymmetry_deg"] = 0.5 * (right["angle"] - left["angle"])
+    curves = dict(profile_radius=position, profile_height=profile, filled=filled.astype("f4"), final=final.astype("f4"))
+    return "ok", {name: float(value) for name, value in responses.items()}, curves
+
+
+session.main("conical_pile", simulate)

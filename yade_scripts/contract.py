@@ -1,0 +1,73 @@
+"""The contract with the caller: contract.json, one request in, one record out.
+
+Standard library and numpy only; used inside YADE's interpreter. The file is the API: whoever writes the
+yade-batch table and reads the records never imports anything from here.
+"""
+import json
+import math
+import os
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+with open(os.path.join(HERE, "contract.json")) as _stream:
+    CONTRACT = json.load(_stream)
+
+
+class BadInput(ValueError):
+    """A parameter is impossible. The message ends with what to do."""
+
+
+def parameters_of(setup):
+    """{name: specification} of the parameters that a set-up takes."""
+    return {n: s for n, s in CONTRACT["parameters"].items() if setup in s.get("setups", CONTRACT["setups"])}
+
+
+def checked(setup, given):
+    """Complete and check a request. Returns {name: value} with every parameter of the set-up.
+
+    Raises BadInput for an unknown name, a wrong type, a number that is not finite or out of its range.
+    """
+    known = parameters_of(setup)
+    for name in given:
+        if name not in known:
+            raise BadInput("%s: unknown parameter %r; it takes %s" % (setup, name, ", ".join(sorted(known))))
+    return {name: _checked_value(name, spec, given.get(name, spec["default"])) for name, spec in known.items()}
+
+
+def _checked_value(name, spec, value):
+    if "choices" in spec:
+        if value not in spec["choices"]:
+            raise BadInput("%s = %r: choose one of %s" % (name, value, ", ".join(spec["choices"])))
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise BadInput("%s = %r: give a finite number" % (name, value))
+    if not spec["low"] <= value <= spec["high"]:
+        raise BadInput("%s = %r: give a value from %g to %g" % (name, value, spec["low"], spec["high"]))
+    if spec["unit"] == "integer":
+        if value != int(value):
+            raise BadInput("%s = %r: give a whole number" % (name, value))
+        return int(value)
+    return float(value)
+
+
+def write_record(folder, run_id, record, curves):
+    """Write <run_id>.npz (arrays), then <run_id>.json, each atomically: a record that exists is complete.
+
+    Raises ValueError if the record holds a NaN or an infinity.
+    """
+    import numpy as np
+
+    os.makedirs(folder, exist_ok=True)
+    if curves:
+        _replace(os.path.join(folder, run_id + ".npz"), lambda stream: np.savez_compressed(stream, **curves))
+    text = json.dumps(record, indent=1, sort_keys=True, allow_nan=False) + "\n"
+    _replace(os.path.join(folder, run_id + ".json"), lambda stream: stream.write(text.encode()))
+
+
+def _replace(path, write):
+    temporary = "%s.%d.tmp" % (path, os.getpid())
+    with open(temporary, "wb") as stream:
+        write(stream)
+        stream.flush()
+        os.fsync(stream.fileno())
+    os.replace(temporary, path)

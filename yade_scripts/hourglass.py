@@ -1,0 +1,121 @@
+"""Hourglass: pour grains into a flat-bottomed cylinder, pull the plug, wait until what remains is at rest.
+
+By hand:          yade -n -x hourglass.py
+One table line:   YADE_BATCH=runs.table:2 yade -n -x hourglass.py
+All lines:        yade-batch runs.table hourglass.py
+"""
+import os
+import sys
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))  # YADE does not put the script's folder there
+
+import numpy as np
+from yade import O
+
+import contract
+import material
+import measure
+import packing
+import session
+import stop
+import walls
+
+
+def simulate(p, diagnostics):
+    """One hourglass run; returns (status, responses, curves)."""
+    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    check(p)
+    grain, wall = session.start(p)
+    count = max(1, int(round(p["fill_mass"] / material.grain_mass(p))))
+    centres = packing.cloud(
+        count, radius, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
+        cylinder, cylinder, p["pouring_height"], np.random.default_rng(p["seed"]),
+    )
+    O.bodies.append(walls.cylinder(cylinder, -2 * radius, centres[:, 2].max() + 2 * radius, wall))
+    O.bodies.append(walls.annulus(neck, cylinder, wall))
+    plug = O.bodies.append(walls.disk(neck, wall))
+    ids = session.add_grains(p, centres, grain)
+    diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
+
+    session.fill(p, ids, diagnostics)
+    filled = session.positions(ids)
+    for i in plug:
+        O.bodies.erase(i)
+    inside, times, passed = discharge(p, ids, diagnostics)
+    final = session.positions(inside)
+    status = "clogged" if np.any(np.hypot(final[:, 0], final[:, 1]) < 0.5 * neck) else "ok"
+    responses, curves = respond(p, filled, final, times, passed, status, diagnostics)
+    return status, responses, curves
+
+
+def check(p):
+    """Geometry that cannot work is an input error, not a crash."""
+    if p["neck_diameter"] >= p["cylinder_diameter"] - 2 * p["particle_radius"]:
+        raise contract.BadInput("neck_diameter must be smaller than cylinder_diameter by more than a grain diameter")
+    if p["neck_diameter"] <= 2 * p["particle_radius"]:
+        raise contract.BadInput("neck_diameter is below a grain diameter: nothing can pass; widen the neck")
+
+
+def discharge(p, ids, diagnostics):
+    """Release; grains are erased once they are clear of the neck. Returns ids left, times [s] and counts passed."""
+    mass, radius, released, clock = material.grain_mass(p), p["particle_radius"], O.time, time.process_time()
+    not_before = released + stop.fall_time(p["neck_diameter"], material.GRAVITY)
+    inside, below = list(ids), []
+    times, passed = [0.0], [0]
+
+    def at_rest():
+        nonlocal inside, below
+        height = {i: O.bodies[i].state.pos[2] for i in inside + below}
+        below = [i for i in inside + below if height[i] < 0]
+        inside = [i for i in inside if height[i] >= 0]
+        for i in [i for i in below if height[i] < -4 * radius]:
+            O.bodies.erase(i)
+            below.remove(i)
+        times.append(O.time - released)
+        passed.append(len(ids) - len(inside))
+        return O.time > not_before and stop.mean_kinetic_energy(inside, mass) < p["rest_kinetic_energy"]
+
+    stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "discharge")
+    session.finish(p, inside, diagnostics, released, clock, "at rest")
+    return inside, np.array(times), np.array(passed)
+
+
+def respond(p, filled, final, times, passed, status, diagnostics):
+    """Bulk responses and curves from what the run left behind."""
+    mass, radius, cylinder, neck = material.grain_mass(p), p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    x, y, height = measure.height_map(filled, radius, cylinder, cylinder)
+    section = np.hypot(x[:, None], y[None, :]) < cylinder
+    volume = measure.filled_volume(x, y, height, section) * np.pi * cylinder**2 / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
+    diagnostics["filled_height"] = volume / (np.pi * cylinder**2)
+    responses = dict(bulk_density=len(filled) * mass / volume)
+    curves = dict(time=times, passed_mass=passed * mass, filled=filled.astype("f4"), final=final.astype("f4"))
+    if status == "ok":
+        responses.update(residual_mass=len(final) * mass, residual_fraction=len(final) / len(filled), discharge_time=times[-1])
+        responses.update(measure.discharge_features(times, passed * mass))
+        responses.update(crater(p, final, responses["bulk_density"], cylinder, neck, curves))
+    return {name: float(value) for name, value in responses.items()}, curves
+
+
+def crater(p, final, bulk_density, cylinder, neck, curves):
+    """Angle, curvature and asymmetry of the drained slope."""
+    radius = p["particle_radius"]
+    x, y, height = measure.height_map(final, radius, cylinder, cylinder)
+    rho = np.hypot(x[:, None], y[None, :])
+    # One grain diameter at the neck (its edge is ragged) and one radius at the wall (grains layer there) are left out.
+    slope_part = (rho > neck + 2 * radius) & (rho < cylinder - radius)
+    curves["profile_radius"], curves["profile_height"] = measure.radial_profile(x, y, height, radius)
+    fit = measure.fit_slope(*measure.radial_profile(x, y, height, radius, slope_part))
+    volume = len(final) * material.grain_mass(p) / bulk_density
+    responses = dict(drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck))
+    if fit:
+        responses.update(drained_angle_of_repose_deg=fit["angle"], drained_angle_error_deg=fit["error"], drained_curvature=fit["curvature"])
+        right, left = (
+            measure.fit_slope(*measure.radial_profile(x, y, height, radius, slope_part & side[:, None])) for side in (x > 0, x < 0)
+        )
+        if right and left:
+            responses["drained_asymmetry_deg"] = 0.5 * (right["angle"] - left["angle"])
+    return responses
+
+
+session.main("hourglass", simulate)

@@ -1,0 +1,104 @@
+"""Ledge: fill a box that is periodic front and back, drop its flap, wait until the slope is at rest.
+
+By hand:          yade -n -x ledge.py
+One table line:   YADE_BATCH=runs.table:2 yade -n -x ledge.py
+All lines:        yade-batch runs.table ledge.py
+"""
+import os
+import sys
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))  # YADE does not put the script's folder there
+
+import numpy as np
+from yade import O
+
+import contract
+import material
+import measure
+import packing
+import session
+import stop
+import walls
+
+
+def simulate(p, diagnostics):
+    """One ledge run; returns (status, responses, curves). The back wall is x = 0, the edge x = L."""
+    radius, length, width = p["particle_radius"], p["box_length"], p["box_width"]
+    if width < 6 * radius:
+        raise contract.BadInput("box_width must be at least three grain diameters; widen the box or choose smaller grains")
+    grain, wall = session.start(p)
+    count = session.grains_for_volume(p, length * width * p["fill_height"])
+    centres = packing.cloud(
+        count, radius, p["cloud_fraction"], lambda x, y, margin: (np.abs(x) < length / 2 - margin) & (np.abs(y) < width / 2 - margin),
+        length / 2, width / 2, p["pouring_height"], np.random.default_rng(p["seed"]),
+    ) + (length / 2, width / 2, 0)
+    top = centres[:, 2].max() + 4 * radius
+    # YADE's cell is periodic in all three directions: in x and z it is long enough that nothing meets its image and no wall exceeds half of it.
+    # The cell starts at the origin, so walls and grains stand clear of x = 0 and z = 0 by an offset.
+    offset = np.array([4 * radius, 0, 8 * radius])
+    O.periodic = True
+    O.cell.setBox(2 * length + 40 * radius, width, 2 * top + 40 * radius)
+    ox, oz = offset[0], offset[2]
+    O.bodies.append(walls.strips([(ox, oz), (ox + length, oz)], 4, width, wall))
+    O.bodies.append(walls.strips([(ox, oz), (ox, oz + top)], 4, width, wall))
+    flap = O.bodies.append(walls.strips([(ox + length, oz), (ox + length, oz + top)], 4, width, wall))
+    ids = session.add_grains(p, centres + offset, grain)
+    diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
+
+    session.fill(p, ids, diagnostics)
+    filled = wrapped(ids, offset, width)
+    for i in flap:
+        O.bodies.erase(i)
+    left = release(p, ids, diagnostics, offset)
+    return respond(p, filled, wrapped(left, offset, width), diagnostics)
+
+
+def wrapped(ids, offset, width):
+    """Centres (n, 3) [m] with the back wall at x = 0, the floor at z = 0 and y folded into [-W/2, W/2]."""
+    centres = session.positions(ids) - offset
+    centres[:, 1] = np.mod(centres[:, 1], width) - width / 2
+    return centres
+
+
+def release(p, ids, diagnostics, offset):
+    """Drop the flap; grains are erased once they are clear of the edge. Returns the ids left."""
+    mass, radius, released, clock = material.grain_mass(p), p["particle_radius"], O.time, time.process_time()
+    not_before = released + stop.fall_time(p["fill_height"], material.GRAVITY)
+    left = list(ids)
+
+    def at_rest():
+        nonlocal left
+        gone = [i for i in left if O.bodies[i].state.pos[2] - offset[2] < -2 * radius]
+        for i in gone:
+            O.bodies.erase(i)
+        left = [i for i in left if i not in set(gone)]
+        return O.time > not_before and stop.mean_kinetic_energy(left, mass) < p["rest_kinetic_energy"]
+
+    stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge")
+    session.finish(p, left, diagnostics, released, clock, "at rest")
+    return left
+
+
+def respond(p, filled, final, diagnostics):
+    """Ledge angle, equivalent angle, curvature and residual mass."""
+    radius, length, width, mass = p["particle_radius"], p["box_length"], p["box_width"], material.grain_mass(p)
+    centre = np.array([length / 2, 0, 0])
+    x, y, height = measure.height_map(filled - centre, radius, length / 2, width / 2, period_y=width)
+    diagnostics["filled_height"] = float(height.mean())
+    bulk_density = len(filled) * mass / (height.mean() * length * width)
+    x, y, height = measure.height_map(final - centre, radius, length / 2, width / 2, period_y=width)
+    position, profile = measure.x_profile(x + length / 2, height, radius)
+    responses = dict(
+        bulk_density=bulk_density, residual_mass=len(final) * mass, residual_fraction=len(final) / len(filled),
+        ledge_equivalent_angle_deg=measure.wedge_angle_from_volume(len(final) * mass / bulk_density, length, width),
+    )
+    # The layered grains at the back wall, a flat that the slide did not reach, and the ragged edge are left out.
+    fit = measure.fit_slope(*measure.between_heights(position, profile, 0.2, 0.9))
+    if fit:
+        responses.update(ledge_angle_of_repose_deg=fit["angle"], ledge_angle_error_deg=fit["error"], ledge_curvature=fit["curvature"])
+    curves = dict(profile_x=position, profile_height=profile, filled=filled.astype("f4"), final=final.astype("f4"))
+    return "ok", {name: float(value) for name, value in responses.items()}, curves
+
+
+session.main("ledge", simulate)

@@ -1,0 +1,164 @@
+"""Bulk responses from grain positions and mass-time curves.
+
+Pure numpy: importable without YADE, and tested on shapes whose answer can be written down.
+All angles are in degrees, everything else in SI units.
+
+The free surface is *scanned*, as a laser would: `height_map` gives, on a fine raster, the height of the
+highest grain surface under each pixel. Every angle is a straight line fitted to a profile of that map.
+"""
+import numpy as np
+
+PIXELS_PER_DIAMETER = 6
+
+
+def height_map(centres, radius, half_x, half_y, period_y=None):
+    """Scan the heap from above.
+
+    centres : (n, 3) array of grain centres [m]; radius : grain radius [m] (scalar or (n,));
+    half_x, half_y : the raster covers [-half_x, half_x] x [-half_y, half_y] [m];
+    period_y : period in y [m] where the set-up is periodic front and back.
+    Returns x (nx,), y (ny,) pixel centres and height (nx, ny) [m], 0 where no grain lies.
+    """
+    centres = np.asarray(centres, float).reshape(-1, 3)
+    radii = np.broadcast_to(np.asarray(radius, float), len(centres))
+    pixel = 2 * float(np.median(radii)) / PIXELS_PER_DIAMETER if len(centres) else half_x / 10
+    x, y = _pixel_centres(half_x, pixel), _pixel_centres(half_y, pixel)
+    height = np.zeros((len(x), len(y)))
+    if period_y is not None and len(centres):
+        reach = radii.max() * np.array([0.0, 1.0, 0.0])
+        low, high = centres[:, 1] < -half_y + reach[1], centres[:, 1] > half_y - reach[1]
+        shift = np.array([0.0, period_y, 0.0])
+        radii = np.concatenate([radii, radii[low], radii[high]])
+        centres = np.concatenate([centres, centres[low] + shift, centres[high] - shift])
+    for (cx, cy, cz), r in zip(centres, radii):
+        i0, i1 = np.searchsorted(x, [cx - r, cx + r])
+        j0, j1 = np.searchsorted(y, [cy - r, cy + r])
+        under = r * r - (x[i0:i1, None] - cx) ** 2 - (y[None, j0:j1] - cy) ** 2
+        cap = np.where(under > 0, cz + np.sqrt(np.maximum(under, 0)), 0.0)
+        np.maximum(height[i0:i1, j0:j1], cap, out=height[i0:i1, j0:j1])
+    return x, y, height
+
+
+def _pixel_centres(half, pixel):
+    count = max(4, int(np.ceil(2 * half / pixel)))
+    edges = np.linspace(-half, half, count + 1)
+    return 0.5 * (edges[1:] + edges[:-1])
+
+
+def filled_volume(x, y, height, inside):
+    """Volume under the scanned surface [m3]; `inside` (nx, ny) marks the pixels of the vessel's cross-section."""
+    pixel_area = (x[1] - x[0]) * (y[1] - y[0])
+    return float(height[inside].sum() * pixel_area)
+
+
+def radial_profile(x, y, height, width, sector=None):
+    """Azimuthal mean of a height map in rings of the given width [m].
+
+    `sector` (nx, ny) of booleans restricts it to part of the raster. Returns ring radii and mean heights (k,).
+    """
+    rho = np.hypot(x[:, None], y[None, :])
+    keep = rho < min(x.max(), y.max()) if sector is None else sector & (rho < min(x.max(), y.max()))
+    return _binned(rho[keep], height[keep], width)
+
+
+def x_profile(x, height, width):
+    """Mean over y of a height map in slabs of the given width [m] along x; returns (k,), (k,)."""
+    return _binned(x, height.mean(axis=1), width)
+
+
+def _binned(position, value, width):
+    if len(position) == 0:
+        return np.empty(0), np.empty(0)
+    index = np.floor((position - position.min()) / width).astype(int)
+    count = np.bincount(index)
+    full = count > 0
+    centre = np.bincount(index, position)[full] / count[full]
+    return centre, np.bincount(index, value)[full] / count[full]
+
+
+def fit_slope(position, height):
+    """Least-squares line through a profile.
+
+    Returns angle [deg], its standard error [deg] (scatter of the profile about the line, delta method),
+    curvature [1/m] (second derivative of the fitted parabola) and intercept [m]; None where fewer than
+    four points are given.
+    """
+    if len(position) < 4:
+        return None
+    (slope, intercept), covariance = np.polyfit(position, height, 1, cov=True)
+    curvature = 2 * np.polyfit(position, height, 2)[0]
+    error = np.sqrt(covariance[0, 0]) / (1 + slope**2)
+    return dict(
+        angle=float(np.degrees(np.arctan(abs(slope)))),
+        error=float(np.degrees(error)),
+        curvature=float(curvature),
+        intercept=float(intercept),
+        slope=float(slope),
+    )
+
+
+def between_heights(position, height, low, high):
+    """The part of a profile from its highest point outwards whose height lies between two shares of that maximum.
+
+    Cuts off the rounded apex and the thin toe of a heap before a line is fitted.
+    """
+    top = int(np.argmax(height))
+    share = height / height[top] if height[top] > 0 else np.zeros_like(height)
+    keep = (np.arange(len(height)) >= top) & (share >= low) & (share <= high)
+    return position[keep], height[keep]
+
+
+def crater_angle_from_volume(volume, cylinder_radius, neck_radius):
+    """Angle [deg] of the cone-shaped crater that leaves `volume` [m3] in a flat-bottomed cylinder.
+
+    The surface rises from the edge of the neck a to the wall R as (rho - a) tan(theta), so
+    V = 2 pi tan(theta) [(R^3 - a^3)/3 - a (R^2 - a^2)/2].
+    """
+    R, a = cylinder_radius, neck_radius
+    return float(np.degrees(np.arctan(volume / (2 * np.pi * ((R**3 - a**3) / 3 - a * (R**2 - a**2) / 2)))))
+
+
+def wedge_angle_from_volume(volume, length, width):
+    """Angle [deg] of the wedge of length L and width W that holds `volume` [m3]: V = W L^2 tan(theta)/2."""
+    return float(np.degrees(np.arctan(2 * volume / (width * length**2))))
+
+
+def cone_angle_from_moments(x, y, height):
+    """Angle [deg] of the cone with the same volume and the same height moment as the scanned heap.
+
+    A cone of height h has its centre of mass at h/4; with V = pi R^2 h/3 this gives tan(theta) = h/R.
+    """
+    pixel_area = (x[1] - x[0]) * (y[1] - y[0])
+    volume = height.sum() * pixel_area
+    h = 4 * (0.5 * (height**2).sum() * pixel_area) / volume
+    return float(np.degrees(np.arctan(h / np.sqrt(3 * volume / (np.pi * h)))))
+
+
+def discharge_features(time, mass):
+    """Features of the mass-time curve of a discharge.
+
+    time (n,) [s] since the plug was removed; mass (n,) [kg] that has passed the neck, non-decreasing.
+    Returns mass_flow_rate [kg/s], late_early_ratio, onset_delay [s], rate_fluctuation and emptying_time [s];
+    an empty dict where less than ten samples lie on the steady part.
+    """
+    time, mass = np.asarray(time, float), np.asarray(mass, float)
+    share = mass / mass[-1] if mass[-1] > 0 else mass
+
+    def line(low, high):
+        keep = (share >= low) & (share <= high)
+        if keep.sum() < 10:
+            return None
+        slope, intercept = np.polyfit(time[keep], mass[keep], 1)
+        return slope, intercept, np.std(mass[keep] - slope * time[keep] - intercept)
+
+    steady, early, late = line(0.20, 0.70), line(0.15, 0.45), line(0.50, 0.80)
+    if steady is None or early is None or late is None:
+        return {}
+    rate, intercept, scatter = steady
+    return dict(
+        mass_flow_rate=float(rate),
+        late_early_ratio=float(late[0] / early[0]),
+        onset_delay=float(-intercept / rate),
+        rate_fluctuation=float(scatter / mass[-1]),
+        emptying_time=float(time[np.searchsorted(share, 0.95)]),
+    )

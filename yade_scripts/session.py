@@ -1,0 +1,147 @@
+"""What every set-up script does around its simulation: read the request, build the scene, write the record."""
+import hashlib
+import os
+import platform
+import re
+import time
+import traceback
+
+from yade import (
+    Bo1_Facet_Aabb, Bo1_Sphere_Aabb, Bo1_Wall_Aabb, ForceResetter, Ig2_Facet_Sphere_ScGeom, Ig2_Sphere_Sphere_ScGeom,
+    Ig2_Wall_Sphere_ScGeom, InsertionSortCollider, InteractionLoop, Law2_ScGeom_MindlinPhys_Mindlin,
+    NewtonIntegrator, O, utils,
+)
+from yade import config
+
+import contract
+import material
+import stop
+
+NOMINAL_FRACTION = 0.57
+
+
+def main(setup, simulate):
+    """Run one request and write its record to ./records.
+
+    The request is the line of the yade-batch table named by YADE_BATCH, or the defaults of contract.json.
+    simulate(p, diagnostics) returns (status, responses, curves); its exceptions become the record's status.
+    """
+    known = contract.parameters_of(setup)
+    utils.readParamsFromTable(noTableOk=True, unknownOk=False, **{n: s["default"] for n, s in known.items()})
+    from yade.params import table
+
+    given = {name: getattr(table, name) for name in known}
+    started, diagnostics = time.time(), {}
+    record = dict(schema=contract.CONTRACT["schema"], setup=setup, run_id=_run_id(setup), parameters=given)
+    curves = {}
+    try:
+        p = record["parameters"] = contract.checked(setup, given)
+        status, responses, curves = simulate(p, diagnostics)
+        record.update(status=status, responses=responses, error=None)
+    except contract.BadInput as error:
+        record.update(status="input", responses={}, error=str(error))
+    except stop.NotSettled as error:
+        record.update(status="not_settled", responses={}, error=str(error))
+    except Exception as error:
+        record.update(status="crash", responses={}, error="%s: %s" % (type(error).__name__, error))
+        record["traceback"] = traceback.format_exc()
+    record["diagnostics"] = diagnostics
+    record["provenance"] = dict(
+        yade=config.version, scripts=scripts_hash(), host=platform.node(), started=started, wall_time=time.time() - started
+    )
+    contract.write_record("records", record["run_id"], record, curves)
+    print("%s: %s%s" % (record["run_id"], record["status"], ": " + record["error"] if record["error"] else ""))
+
+
+def _run_id(setup):
+    """The table's description column; a file name whatever a user wrote there."""
+    description = O.tags["description"] if "description" in O.tags.keys() else setup + "_by_hand"
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", description)[:120]
+
+
+def scripts_hash():
+    """Short hash over the scripts and the contract: results of different scripts are never mixed unseen."""
+    digest = hashlib.sha256()
+    for name in sorted(os.listdir(contract.HERE)):
+        if name.endswith((".py", ".json")):
+            with open(os.path.join(contract.HERE, name), "rb") as stream:
+                digest.update(stream.read())
+    return digest.hexdigest()[:12]
+
+
+def engines(p):
+    """YADE's loop: damping 0, Hertz-Mindlin with moments, and a collider margin in the flat part of its optimum."""
+    return [
+        ForceResetter(),
+        InsertionSortCollider(
+            [Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()], verletDist=0.2 * p["particle_radius"]
+        ),
+        InteractionLoop(
+            [Ig2_Sphere_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom(hertzian=True), Ig2_Wall_Sphere_ScGeom(hertzian=True)],
+            material.contact_functors(p),
+            [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True)],
+        ),
+        NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY)),
+    ]
+
+
+def start(p):
+    """Set step and engines; returns the grain and wall materials, added to the scene."""
+    O.dt = material.time_step(p)
+    O.engines = engines(p)
+    grain, wall = material.materials(p)
+    O.materials.append(grain)
+    O.materials.append(wall)
+    return grain, wall
+
+
+def grains_for_volume(p, volume):
+    """Number of grains that fill a volume [m3] at the nominal packing fraction."""
+    return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / material.grain_mass(p))))
+
+
+def add_grains(p, centres, grain):
+    """Create the grains, moving down at the pouring velocity; returns their ids."""
+    ids = O.bodies.append([utils.sphere(tuple(c), p["particle_radius"], material=grain) for c in centres])
+    for i in ids:
+        O.bodies[i].state.vel = (0, 0, -p["pouring_velocity"])
+    return ids
+
+
+def pouring_rate(p, centres):
+    """Mass over the time between the arrival of the lowest and of the highest grain in free fall [kg/s]."""
+    g, v = material.GRAVITY, p["pouring_velocity"]
+    low, high = (((v * v + 2 * g * z) ** 0.5 - v) / g for z in (centres[0][2], centres[-1][2]))
+    return len(centres) * material.grain_mass(p) / (high - low) if high > low else 0.0
+
+
+def fill(p, ids, diagnostics):
+    """Let the cloud fall and settle."""
+    mass, begin = material.grain_mass(p), O.time
+    not_before = begin + stop.fall_time(O.bodies[ids[-1]].state.pos[2], material.GRAVITY) / 2
+
+    def settled():
+        return O.time > not_before and stop.mean_kinetic_energy(ids, mass) < p["filling_kinetic_energy"]
+
+    clock = time.process_time()
+    stop.run_until(settled, p["sampling_interval"] * 5, p["longest_time"], "filling")
+    diagnostics.update(particles=len(ids), time_step=O.dt, rayleigh_fraction=O.dt / material.rayleigh_time(p),
+                       filling_time=O.time - begin, filling_cpu=time.process_time() - clock)
+
+
+def finish(p, ids, diagnostics, released, clock, reason):
+    """Diagnostics of the final state."""
+    mass = material.grain_mass(p)
+    diagnostics.update(
+        particles_left=len(ids), steps=O.iter, release_time=O.time - released, stop_reason=reason,
+        kinetic_energy=stop.mean_kinetic_energy(ids, mass),
+        rotational_energy=stop.mean_rotational_energy(ids, mass, p["particle_radius"]),
+        release_cpu=time.process_time() - clock,
+    )
+
+
+def positions(ids):
+    """Centres (n, 3) [m] of the grains."""
+    import numpy as np
+
+    return np.array([tuple(O.bodies[i].state.pos) for i in ids]).reshape(-1, 3)

@@ -1,0 +1,52 @@
+"""Vessels built from facets. A polygon replaces each circle, sized so that its area is the circle's."""
+import math
+
+from yade import utils
+
+SEGMENTS = 32
+
+
+def _ring(radius, z, segments=SEGMENTS):
+    """Corners of the regular polygon whose area is that of the circle."""
+    step = 2 * math.pi / segments
+    corner = radius * math.sqrt(step / math.sin(step))
+    return [(corner * math.cos(i * step), corner * math.sin(i * step), z) for i in range(segments)]
+
+
+def _between(lower, upper, material):
+    """Facets of the strip between two closed polygons with the same number of corners."""
+    facets = []
+    for i in range(len(lower)):
+        a, b, c, d = lower[i - 1], lower[i], upper[i], upper[i - 1]
+        facets += [utils.facet([a, b, c], material=material), utils.facet([a, c, d], material=material)]
+    return facets
+
+
+def cylinder(radius, bottom, top, material):
+    """Open vertical cylinder around the z axis."""
+    return _between(_ring(radius, bottom), _ring(radius, top), material)
+
+
+def annulus(inner, outer, material):
+    """Flat ring at z = 0 between two circles."""
+    return _between(_ring(inner, 0.0), _ring(outer, 0.0), material)
+
+
+def disk(radius, material):
+    """Flat disk at z = 0."""
+    ring = _ring(radius, 0.0)
+    return [utils.facet([(0, 0, 0), ring[i - 1], ring[i]], material=material) for i in range(len(ring))]
+
+
+def strips(corners, count, period, material):
+    """A plane that spans one period in y, cut into strips so that none is longer than YADE's periodic cell allows.
+
+    corners : the two (x, z) ends of the plane's trace.
+    """
+    (xa, za), (xb, zb) = corners
+    facets = []
+    for i in range(count):
+        y0, y1 = period * i / count, period * (i + 1) / count
+        a, b, c, d = (xa, y0, za), (xb, y0, zb), (xb, y1, zb), (xa, y1, za)
+        facets += [utils.facet([a, b, c], material=material), utils.facet([a, c, d], material=material)]
+    return facets
