@@ -25,15 +25,16 @@ def simulate(p, diagnostics):
     """One conical pile; returns (status, responses, curves)."""
     radius, cylinder = p["particle_radius"], p["cylinder_diameter"] / 2
     grain, wall = session.start(p)
+    rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
     centres = packing.cloud(
         count, radius, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
-        cylinder, cylinder, p["pouring_height"], np.random.default_rng(p["seed"]),
+        cylinder, cylinder, p["pouring_height"], rng,
     )
     O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
     # The wall of the cylinder starts a hair above the base plane, so that the two never share a contact.
-    tube = O.bodies.append(walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 2 * radius, wall))
-    ids = session.add_grains(p, centres, grain)
+    tube = O.bodies.append(walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 10 * radius, wall))
+    ids = session.add_grains(p, centres, grain, rng)
     diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
 
     session.fill(p, ids, diagnostics)

@@ -27,15 +27,16 @@ def simulate(p, diagnostics):
     radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
     check(p)
     grain, wall = session.start(p)
+    rng = np.random.default_rng(p["seed"])
     count = max(1, int(round(p["fill_mass"] / material.grain_mass(p))))
     centres = packing.cloud(
         count, radius, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
-        cylinder, cylinder, p["pouring_height"], np.random.default_rng(p["seed"]),
+        cylinder, cylinder, p["pouring_height"], rng,
     )
-    O.bodies.append(walls.cylinder(cylinder, -2 * radius, centres[:, 2].max() + 2 * radius, wall))
+    O.bodies.append(walls.cylinder(cylinder, -2 * radius, centres[:, 2].max() + 10 * radius, wall))
     O.bodies.append(walls.annulus(neck, cylinder, wall))
     plug = O.bodies.append(walls.disk(neck, wall))
-    ids = session.add_grains(p, centres, grain)
+    ids = session.add_grains(p, centres, grain, rng)
     diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
 
     session.fill(p, ids, diagnostics)

@@ -28,12 +28,13 @@ def simulate(p, diagnostics):
     if width < 6 * radius:
         raise contract.BadInput("box_width must be at least three grain diameters; widen the box or choose smaller grains")
     grain, wall = session.start(p)
+    rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, length * width * p["fill_height"])
     centres = packing.cloud(
         count, radius, p["cloud_fraction"], lambda x, y, margin: (np.abs(x) < length / 2 - margin) & (np.abs(y) < width / 2 - margin),
-        length / 2, width / 2, p["pouring_height"], np.random.default_rng(p["seed"]),
+        length / 2, width / 2, p["pouring_height"], rng,
     ) + (length / 2, width / 2, 0)
-    top = centres[:, 2].max() + 4 * radius
+    top = centres[:, 2].max() + 10 * radius
     # YADE's cell is periodic in all three directions: in x and z it is long enough that nothing meets its image and no wall exceeds half of it.
     # The cell starts at the origin, so walls and grains stand clear of x = 0 and z = 0 by an offset.
     offset = np.array([4 * radius, 0, 8 * radius])
@@ -43,7 +44,7 @@ def simulate(p, diagnostics):
     O.bodies.append(walls.strips([(ox, oz), (ox + length, oz)], 4, width, wall))
     O.bodies.append(walls.strips([(ox, oz), (ox, oz + top)], 4, width, wall))
     flap = O.bodies.append(walls.strips([(ox + length, oz), (ox + length, oz + top)], 4, width, wall))
-    ids = session.add_grains(p, centres + offset, grain)
+    ids = session.add_grains(p, centres + offset, grain, rng)
     diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
 
     session.fill(p, ids, diagnostics)

@@ -100,11 +100,16 @@ def grains_for_volume(p, volume):
     return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / material.grain_mass(p))))
 
 
-def add_grains(p, centres, grain):
-    """Create the grains, moving down at the pouring velocity; returns their ids."""
+def add_grains(p, centres, grain, rng):
+    """Create the grains, moving down at the pouring velocity and at random; returns their ids.
+
+    The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice: without it the
+    filled density scattered three to five times as much from seed to seed.
+    """
     ids = O.bodies.append([utils.sphere(tuple(c), p["particle_radius"], material=grain) for c in centres])
-    for i in ids:
-        O.bodies[i].state.vel = (0, 0, -p["pouring_velocity"])
+    random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
+    for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3))):
+        O.bodies[i].state.vel = (velocity[0], velocity[1], velocity[2] - p["pouring_velocity"])
     return ids
 
 

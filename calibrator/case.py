@@ -1,0 +1,228 @@
+"""The case file: one TOML per calibration, unknown keys refused, checked before anything runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from calibrator.errors import CalibratorError
+from calibrator.lab import read_lab
+from calibrator.problem import Parameter, Problem, Target, Value, checked_value, known
+from calibrator.quantities import PARAMETERS, SETUPS, parameters_of
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The design of the database: full grid or Sobol sequence, replicates per set, first seed."""
+
+    design: str = "sobol"
+    sets: int = 24
+    replicates: int = 2
+    seed: int = 1000
+
+    def __post_init__(self) -> None:
+        known(self.design, ("grid", "sobol"), "plan.design")
+        _at_least("plan", self, sets=1, replicates=1, seed=0)
+
+
+@dataclass(frozen=True)
+class Interpolation:
+    """How raw responses are interpolated: multilinear on a grid, or a Gaussian process."""
+
+    method: str = "process"
+
+    def __post_init__(self) -> None:
+        known(self.method, ("process", "multilinear"), "interpolation.method")
+
+
+@dataclass(frozen=True)
+class Search:
+    """Settings of the genetic algorithm; the defaults are the reference paper's (Table 4)."""
+
+    objectives: tuple[str, ...] = ("error", "time_cost")
+    population: int = 5000
+    generations: int = 100
+    crossover: float = 0.9
+    mutation: float = 0.01
+    seed: int = 1
+    repeats: int = 3
+
+    def __post_init__(self) -> None:
+        _at_least("search", self, population=4, generations=1, crossover=0, mutation=0, seed=0, repeats=1)
+        if max(self.crossover, self.mutation) > 1:
+            raise CalibratorError("search: crossover and mutation are probabilities; give 0 to 1")
+        if len(self.objectives) < 1:
+            raise CalibratorError("search.objectives is empty: name at least one objective, such as error")
+
+
+@dataclass(frozen=True)
+class Replicates:
+    """How many fresh seeds, and the first of them, for verification or validation."""
+
+    replicates: int = 5
+    seed: int = 500_000
+
+    def __post_init__(self) -> None:
+        _at_least("verify/validate", self, replicates=1, seed=0)
+
+
+@dataclass(frozen=True)
+class Running:
+    """How runs are carried out. jobs = 0 takes every core; budget_core_hours stops a plan that is too large."""
+
+    jobs: int = 0
+    attempts: int = 2
+    budget_core_hours: float = 24.0
+    shipped: str = ""
+
+    def __post_init__(self) -> None:
+        _at_least("run", self, jobs=0, attempts=1, budget_core_hours=0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """Everything one calibration needs. `path` is the TOML file, `truth` the known answer of a synthetic lab (or empty)."""
+
+    name: str
+    path: Path
+    problem: Problem
+    plan: Plan = field(default_factory=Plan)
+    interpolation: Interpolation = field(default_factory=Interpolation)
+    search: Search = field(default_factory=Search)
+    verify: Replicates = field(default_factory=Replicates)
+    validate: Replicates = field(default_factory=lambda: Replicates(3, 600_000))
+    run: Running = field(default_factory=Running)
+    truth: dict[str, float] = field(default_factory=dict)
+    about: str = ""
+
+    @property
+    def shipped(self) -> Path | None:
+        """The response database that may serve as a start, relative to the case file; None where none is named."""
+        return (self.path.parent / self.run.shipped) if self.run.shipped else None
+
+
+def _at_least(section: str, settings: Any, **bounds: float) -> None:
+    for name, bound in bounds.items():
+        value = getattr(settings, name)
+        if not (isinstance(value, (int, float)) and math.isfinite(value) and value >= bound):
+            raise CalibratorError(f"{section}.{name} = {value!r}: give {bound} or more")
+
+
+SECTIONS = {
+    "plan": Plan,
+    "interpolation": Interpolation,
+    "search": Search,
+    "verify": Replicates,
+    "validate": Replicates,
+    "run": Running,
+}
+
+
+def read_case(path: str | Path) -> Case:
+    """Read and check a case file. Raises CalibratorError with the offending key and what to write instead."""
+    path = Path(path)
+    tables = _load(path)
+    for key in tables:
+        known(key, ("name", "about", "measured", "parameters", "fixed", "setups", "targets", "truth_file", *SECTIONS), "key in the case file")
+    if not isinstance(tables.get("name"), str) or not tables["name"].replace("_", "").isalnum():
+        raise CalibratorError("name is missing or not a plain word: add name = \"my_sand\" (letters, digits, underscores)")
+    settings = {key: _build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
+    truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
+    return Case(tables["name"], path, _problem(tables, path), about=str(tables.get("about", "")), truth=truth, **settings)
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text())
+    except FileNotFoundError:
+        raise CalibratorError(f"no case file {path}: give the path of a TOML file such as cases/coarse_sand.toml") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise CalibratorError(f"cannot read {path} ({error}): give a readable TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise CalibratorError(f"{path} is not valid TOML ({error}): correct that line") from None
+
+
+def _build(cls: type, table: Any, where: str) -> Any:
+    """Make a settings dataclass from a TOML table; unknown keys and wrong types are refused."""
+    if not isinstance(table, dict):
+        raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
+    fields = {f.name: f for f in dataclasses.fields(cls)}
+    values = {}
+    for key, value in table.items():
+        known(key, fields, f"key in [{where}]")
+        values[key] = _typed(f"{where}.{key}", str(fields[key].type), value)
+    try:
+        return cls(**values)
+    except TypeError as error:
+        raise CalibratorError(f"[{where}] is incomplete ({error}): add the missing key") from None
+
+
+def _typed(where: str, annotation: str, value: Any) -> Any:
+    if annotation == "tuple[str, ...]" and isinstance(value, list) and all(isinstance(v, str) for v in value):
+        return tuple(value)
+    if annotation == "float" and isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    if annotation == "int" and isinstance(value, int) and not isinstance(value, bool):
+        return value
+    if annotation == "str" and isinstance(value, str):
+        return value
+    raise CalibratorError(f"{where} = {value!r}: give a value of type {annotation}")
+
+
+def _problem(tables: dict[str, Any], path: Path) -> Problem:
+    parameters = tuple(
+        _build(Parameter, {"name": known(name, PARAMETERS, "parameter"), **_table(spec, f"parameters.{name}")}, f"parameters.{name}")
+        for name, spec in _table(tables.get("parameters", {}), "parameters").items()
+    )
+    fixed = {n: checked_value(n, v) for n, v in _table(tables.get("fixed", {}), "fixed").items()}
+    if "seed" in fixed:
+        raise CalibratorError("seed cannot be fixed: replicates need different seeds; set plan.seed instead")
+    targets = _targets(tables, path)
+    return Problem(
+        parameters,
+        targets=tuple(t for role, t in targets if role == "calibrate"),
+        held_out=tuple(t for role, t in targets if role == "held_out"),
+        fixed=fixed,
+        setups=_setups(tables),
+    )
+
+
+def _setups(tables: dict[str, Any]) -> dict[str, dict[str, Value]]:
+    setups: dict[str, dict[str, Value]] = {}
+    for setup, spec in _table(tables.get("setups", {}), "setups").items():
+        own = parameters_of(known(setup, SETUPS, "set-up"))
+        setups[setup] = {known(n, own, f"parameter of {setup}"): checked_value(n, v) for n, v in _table(spec, f"setups.{setup}").items()}
+    return setups
+
+
+def _table(value: Any, where: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
+    return value
+
+
+def _targets(tables: dict[str, Any], path: Path) -> list[tuple[str, Target]]:
+    """(role, target) of every measured row; [targets."setup.response"] may set weight and tolerance."""
+    if not isinstance(tables.get("measured"), str):
+        raise CalibratorError("measured is missing: add measured = \"lab.csv\", the file with the measured responses")
+    options = _table(tables.get("targets", {}), "targets")
+    rows = read_lab(path.parent / tables["measured"])
+    keys = [target.key for _, target in rows]
+    targets = []
+    for role, target in rows:
+        extra = {k: _typed(f"targets.{target.key}.{known(k, ('weight', 'tolerance'), 'target option')}", "float", v)
+                 for k, v in _table(options.get(target.key, {}), f"targets.{target.key}").items()}
+        targets.append((role, dataclasses.replace(target, **extra)))
+    for key in options:
+        known(key, keys, "target")
+    return targets
+
+
+def _truth(path: Path, name: Any) -> dict[str, float]:
+    """The parameters behind a synthetic lab, read only to print how far the calibration is from them."""
+    tables = _load(path.parent / str(name))
+    return {known(k, PARAMETERS, "parameter"): float(v) for k, v in _table(tables.get("parameters", {}), "parameters").items()}

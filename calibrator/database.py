@@ -1,0 +1,123 @@
+"""The response database: one CSV row per finished run, with units and provenance, and nothing that depends on timing."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from calibrator.errors import CalibratorError
+from calibrator.problem import Problem, known
+from calibrator.quantities import PARAMETERS, RESPONSES, SCHEMA, SETUPS, STATUSES, parameters_of
+from calibrator.records import Record
+from calibrator.table import Request
+
+LEADING = ("run_id", "setup", "status")
+TRAILING = ("particles", "steps", "yade", "scripts", "error")
+
+
+class Database:
+    """Finished runs by run id."""
+
+    def __init__(self, records: Iterable[Record] = ()) -> None:
+        self.records: dict[str, Record] = {r.run_id: r for r in records}
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    def find(self, requests: Sequence[Request]) -> list[Record]:
+        """The records of these requests that exist, in the requests' order."""
+        return [self.records[r.run_id] for r in requests if r.run_id in self.records]
+
+    def count(self, status: str) -> int:
+        """Number of runs with a status."""
+        return sum(r.status == status for r in self.records.values())
+
+    def write(self, path: Path, note: str = "") -> None:
+        """Write the CSV atomically, rows sorted by set-up and run id: equal runs give equal bytes."""
+        rows = sorted(self.records.values(), key=lambda r: (r.request.setup, r.run_id))
+        parameters = [n for n in PARAMETERS if any(n in r.request.parameters for r in rows)]
+        responses = [n for n in RESPONSES if any(n in r.responses for r in rows)]
+        stream = io.StringIO()
+        for line in [f"response database, schema {SCHEMA}", *note.splitlines(), _units(parameters, responses)]:
+            stream.write(f"# {line}\n")
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow([*LEADING, *parameters, *responses, *TRAILING])
+        writer.writerows(_row(r, parameters, responses) for r in rows)
+        temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_text(stream.getvalue())
+        os.replace(temporary, path)
+
+    @classmethod
+    def read(cls, path: Path) -> Database:
+        """Read a CSV that `write` made. Raises CalibratorError with the line and the remedy."""
+        try:
+            lines = path.read_text().splitlines()
+        except (OSError, UnicodeDecodeError) as error:
+            raise CalibratorError(f"cannot read the database {path} ({error}): correct the path or run `calibrator collect`") from None
+        body = [(i, line) for i, line in enumerate(lines, 1) if not line.startswith("#")]
+        if not lines or not lines[0].startswith(f"# response database, schema {SCHEMA}") or not body:
+            raise CalibratorError(f"{path} is not a response database of schema {SCHEMA}: make it anew with `calibrator collect`")
+        rows = csv.DictReader(line for _, line in body)
+        records = []
+        for (number, _), row in zip(body[1:], rows, strict=True):
+            try:
+                records.append(_record(row))
+            except (CalibratorError, ValueError, TypeError, KeyError) as error:
+                raise CalibratorError(f"{path} line {number}: {error}; restore the file from its source") from None
+        return cls(records)
+
+
+def _units(parameters: list[str], responses: list[str]) -> str:
+    quantities = [PARAMETERS[n] for n in parameters] + [RESPONSES[n] for n in responses]
+    return "units: " + "; ".join(f"{q.name} [{q.unit}]" for q in quantities)
+
+
+def _row(record: Record, parameters: list[str], responses: list[str]) -> list[str]:
+    request = record.request
+    return [
+        record.run_id, request.setup, record.status,
+        *(_text(request.parameters.get(n)) for n in parameters),
+        *(_text(record.responses.get(n)) for n in responses),
+        _text(record.diagnostics.get("particles")), _text(record.diagnostics.get("steps")),
+        _text(record.provenance.get("yade")), _text(record.provenance.get("scripts")), record.error,
+    ]
+
+
+def _text(value: object) -> str:
+    return "" if value is None else value if isinstance(value, str) else repr(value)
+
+
+def _record(row: dict[str, str]) -> Record:
+    setup = known(row["setup"], SETUPS, "set-up")
+    given = {n: _value(n, row[n]) for n in parameters_of(setup) if row.get(n)}
+    request = Request.of(setup, **given)
+    if request.run_id != row["run_id"]:
+        raise ValueError(f"run id {row['run_id']} does not belong to these parameters")
+    responses = {n: float(row[n]) for n in RESPONSES if row.get(n)}
+    if not all(np.isfinite(list(responses.values()))):
+        raise ValueError("a response is not finite")
+    diagnostics = {n: int(row[n]) for n in ("particles", "steps") if row.get(n)}
+    provenance = {n: row[n] for n in ("yade", "scripts") if row.get(n)}
+    return Record(request, known(row["status"], STATUSES, "status"), responses, row["error"], diagnostics, provenance)
+
+
+def _value(name: str, text: str) -> float | int | str:
+    quantity = PARAMETERS[name]
+    return text if quantity.choices else int(text) if quantity.unit == "integer" else float(text)
+
+
+def response_table(problem: Problem, records: Sequence[Record], keys: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Parameter points (n, d) and raw responses (n, m) of the good runs; keys are setup.response.
+
+    Runs of different set-ups are different rows; a response that a row does not have is NaN.
+    """
+    good = [r for r in records if r.status == "ok"]
+    points = np.array([[r.request.parameters[n] for n in problem.names] for r in good], float).reshape(-1, len(problem.names))
+    values = np.array([[r.responses.get(k.split(".")[1], np.nan) if k.split(".")[0] == r.request.setup else np.nan for k in keys] for r in good])
+    return points, values.reshape(-1, len(keys))

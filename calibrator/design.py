@@ -1,0 +1,28 @@
+"""Designs: which parameter sets the database holds."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import qmc
+
+from calibrator.problem import Problem
+
+
+def full_grid(problem: Problem) -> np.ndarray:
+    """Every combination of `samples` equally spaced values per parameter, the paper's design. Returns (n, d)."""
+    axes = [np.linspace(p.low, p.high, p.samples) for p in problem.parameters]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def sobol(problem: Problem, sets: int) -> np.ndarray:
+    """The first points of the unscrambled Sobol sequence in the box, its degenerate corner left out. Returns (n, d).
+
+    A longer plan starts with the points of a shorter one, so that a database can grow without losing a run.
+    """
+    with np.errstate(all="ignore"):
+        unit = qmc.Sobol(len(problem.parameters), scramble=False).random(_power_of_two(sets + 1))[1 : sets + 1]
+    return problem.low + unit * (problem.high - problem.low)
+
+
+def _power_of_two(count: int) -> int:
+    return 1 << (count - 1).bit_length()

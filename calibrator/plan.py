@@ -1,0 +1,63 @@
+"""From a case to the runs it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calibrator.case import Case, Replicates
+from calibrator.design import full_grid, sobol
+from calibrator.quantities import parameters_of
+from calibrator.records import Record
+from calibrator.table import Request
+
+SEED_STRIDE = 100
+"""Seeds of neighbouring sets lie this far apart, so that a plan can gain replicates without changing the others."""
+
+SUBSTITUTE_SEED = 50_000_000
+"""Added to the seed of a clogged run to make its substitute's."""
+
+
+def design_points(case: Case) -> np.ndarray:
+    """Parameter sets of the database, shape (n, d)."""
+    return full_grid(case.problem) if case.plan.design == "grid" else sobol(case.problem, case.plan.sets)
+
+
+def plan_requests(case: Case) -> list[Request]:
+    """Every run of the database: each set-up that has a target, each set, each replicate with a seed of its own."""
+    points = design_points(case)
+    return [
+        make_request(case, setup, point, case.plan.seed + SEED_STRIDE * i + j)
+        for setup in case.problem.calibration_setups
+        for i, point in enumerate(points)
+        for j in range(case.plan.replicates)
+    ]
+
+
+def replicate_requests(case: Case, setup: str, point: np.ndarray, fresh: Replicates, index: int = 0) -> list[Request]:
+    """Fresh seeds of one candidate; `index` keeps the seeds of several candidates apart."""
+    return [make_request(case, setup, point, fresh.seed + SEED_STRIDE * index + j) for j in range(fresh.replicates)]
+
+
+def make_request(case: Case, setup: str, point: np.ndarray, seed: int) -> Request:
+    """One run of a set-up at a parameter set (d,)."""
+    own = parameters_of(setup)
+    calibrated = dict(zip(case.problem.names, (float(x) for x in point), strict=True))
+    values = {**case.problem.fixed, **calibrated}
+    common = {n: v for n, v in values.items() if n in own}
+    return Request.of(setup, **{**common, **case.problem.setups.get(setup, {}), "seed": seed})
+
+
+def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:
+    """One more run with another seed for each clogged one, at most `limit` times for the same original.
+
+    The clogged runs stay in the database and are counted: what a clogged run has no discharge time for, its
+    substitute measures.
+    """
+    again = []
+    for record in records:
+        seed = int(record.request.parameters["seed"])
+        if record.status == "clogged" and seed < SUBSTITUTE_SEED * limit:
+            again.append(Request.of(record.request.setup, **{**record.request.parameters, "seed": seed + SUBSTITUTE_SEED}))
+    return again

@@ -1,0 +1,62 @@
+"""The vocabulary: every name that appears in tables, code, plots and errors, read from the scripts' contract.
+
+The contract is a data file beside the YADE scripts, because the calibrator and YADE run on different Pythons and
+never import each other.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+SCRIPTS = Path(__file__).resolve().parent.parent / "yade_scripts"
+_CONTRACT = json.loads((SCRIPTS / "contract.json").read_text())
+
+SCHEMA: int = _CONTRACT["schema"]
+SETUPS: tuple[str, ...] = tuple(_CONTRACT["setups"])
+STATUSES: dict[str, str] = _CONTRACT["statuses"]
+DIAGNOSTICS: dict[str, str] = _CONTRACT["diagnostics"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A parameter or a response: its name, symbol, SI unit, meaning and the set-ups that know it.
+
+    default, low, high and choices are None for responses (choices also for numbers).
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    about: str
+    setups: tuple[str, ...]
+    default: float | int | str | None = None
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str, ...] | None = None
+
+    @property
+    def label(self) -> str:
+        """Axis label: words, and the unit where there is one."""
+        words = self.name.removesuffix("_deg").replace("_", " ")
+        return words if self.unit in ("1", "token", "integer") else f"{words} [{self.unit}]"
+
+
+def _read(section: str) -> dict[str, Quantity]:
+    quantities = {}
+    for name, spec in _CONTRACT[section].items():
+        spec = dict(spec, setups=tuple(spec.get("setups", SETUPS)))
+        if "choices" in spec:
+            spec["choices"] = tuple(spec["choices"])
+        quantities[name] = Quantity(name=name, **spec)
+    return quantities
+
+
+PARAMETERS: dict[str, Quantity] = _read("parameters")
+RESPONSES: dict[str, Quantity] = _read("responses")
+
+
+def parameters_of(setup: str) -> dict[str, Quantity]:
+    """The parameters that a set-up takes, in the contract's order."""
+    return {name: quantity for name, quantity in PARAMETERS.items() if setup in quantity.setups}

@@ -1,0 +1,259 @@
+"""Runs on this machine: yade-batch over native tables, and trust in nothing but valid records."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibrator.cost import core_seconds
+from calibrator.errors import CalibratorError
+from calibrator.quantities import SCRIPTS, SETUPS
+from calibrator.records import InvalidRecord, Record, read_record
+from calibrator.table import Request, write_table
+
+log = logging.getLogger(__name__)
+
+RETRIED = ("crash", "lost", "timeout")
+"""Failures worth another try. A retry of the same request gives the same bits, so the other kinds would fail again."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A moment of a batch: runs done, failed and in all, seconds spent and predicted to be left."""
+
+    done: int
+    failed: int
+    total: int
+    elapsed: float
+    left: float
+
+
+class RunFolder:
+    """Where one case keeps its runs; the only place that knows the names of the files in it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def record(self, request: Request) -> Path:
+        """The record file of a request."""
+        return self.path / "records" / f"{request.run_id}.json"
+
+    def curves(self, run_id: str) -> Path:
+        """The arrays of a run."""
+        return self.path / "records" / f"{run_id}.npz"
+
+    def log(self, request: Request) -> Path:
+        """The output of the last attempt at a request."""
+        return self.path / "logs" / f"{request.run_id}.log"
+
+    def failures(self) -> dict[str, dict[str, str | int]]:
+        """{run id: kind, message and attempts} of the runs that ended without a good record."""
+        try:
+            return json.loads((self.path / "failures.json").read_text())
+        except FileNotFoundError:
+            return {}
+        except ValueError as error:
+            raise CalibratorError(f"{self.path}/failures.json is damaged ({error}): delete it, failed runs are tried again") from None
+
+    def write_failures(self, failures: dict[str, dict[str, str | int]]) -> None:
+        """Replace the list of failures atomically."""
+        temporary = self.path / f"failures.{os.getpid()}.tmp"
+        temporary.write_text(json.dumps(failures, indent=1, sort_keys=True) + "\n")
+        os.replace(temporary, self.path / "failures.json")
+
+    def prepare(self) -> None:
+        """Make the folders, and a link to the scripts so that no path with blanks reaches yade-batch's shell."""
+        for name in ("records", "logs", "batches", "locks"):
+            (self.path / name).mkdir(parents=True, exist_ok=True)
+        link = self.path / "scripts"
+        if not link.exists() or link.resolve() != SCRIPTS:
+            link.unlink(missing_ok=True)
+            link.symlink_to(SCRIPTS, target_is_directory=True)
+
+
+def gather(folder: RunFolder, requests: Sequence[Request]) -> list[Record]:
+    """The finished runs among the requests: valid records, and failures with their kind and reason."""
+    failures, records = folder.failures(), []
+    for request in requests:
+        try:
+            records.append(read_record(folder.record(request), request))
+        except (FileNotFoundError, InvalidRecord):
+            if request.run_id in failures:
+                failure = failures[request.run_id]
+                records.append(Record(request, str(failure["kind"]), error=str(failure["message"])))
+    return records
+
+
+def run(
+    folder: RunFolder,
+    requests: Sequence[Request],
+    jobs: int = 0,
+    attempts: int = 2,
+    report: Callable[[Progress], None] = lambda progress: None,
+) -> list[Record]:
+    """Carry out the requests that have no good record yet, longest first, retrying by failure kind.
+
+    Returns the finished runs. Whatever is interrupted, calling again goes on from the records that exist.
+    Raises CalibratorError if YADE is missing.
+    """
+    folder.prepare()
+    for attempt in range(attempts):
+        pending = [r for r in requests if _is_pending(folder, r, attempts)]
+        if not pending:
+            break
+        command = yade_batch_command()
+        for setup in [s for s in SETUPS if any(r.setup == s for r in pending)]:
+            known_costs = gather(folder, requests)
+            batch = [r for r in pending if r.setup == setup]
+            cost = dict(zip((r.run_id for r in batch), core_seconds(batch, known_costs), strict=True))
+            batch.sort(key=lambda r: -cost[r.run_id])
+            _run_batch(folder, batch, cost, command, jobs or os.cpu_count() or 1, 2.0**attempt, report)
+    return gather(folder, requests)
+
+
+def _is_pending(folder: RunFolder, request: Request, attempts: int) -> bool:
+    """True unless a record can be believed, or its failure has been tried often enough."""
+    try:
+        record = read_record(folder.record(request), request)
+    except FileNotFoundError:
+        record = None
+    except InvalidRecord as error:
+        log.warning("record %s %s: running it again", request.run_id, error)
+        folder.record(request).rename(folder.record(request).with_suffix(".invalid"))
+        record = None
+    failure = folder.failures().get(request.run_id, {"attempts": 0})
+    if record is not None and record.status not in RETRIED:
+        return False
+    return int(failure["attempts"]) < attempts
+
+
+def _run_batch(
+    folder: RunFolder, batch: list[Request], cost: dict[str, float], command: list[str], jobs: int, patience: float,
+    report: Callable[[Progress], None],
+) -> None:
+    for request in batch:  # a record of a failed attempt would make the wrapper believe that the run is done
+        folder.record(request).unlink(missing_ok=True)
+        folder.log(request).unlink(missing_ok=True)
+    setup = batch[0].setup
+    name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}-{setup}.table"
+    write_table(folder.path / name, batch)
+    limit = patience * max(120.0, 10 * max(cost.values()))
+    arguments = ["-j", str(jobs), "--job-threads", "1", "--nice", "0", "--plot-update", "0", "--disable-pynotify",
+                 "--log", "logs/@.log", "--executable", "scripts/run_yade.sh", name, f"scripts/{setup}.py"]
+    with open(folder.path / "logs" / "yade-batch.log", "ab") as output:
+        process = subprocess.Popen(
+            [*command, *arguments], cwd=folder.path, env=clean_environment(limit), stdin=subprocess.DEVNULL,
+            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+        )
+        try:
+            _watch(process, folder, batch, cost, jobs, report)
+        finally:
+            _kill_group(process)
+    _note_failures(folder, batch)
+
+
+def _watch(
+    process: subprocess.Popen[bytes], folder: RunFolder, batch: list[Request], cost: dict[str, float], jobs: int,
+    report: Callable[[Progress], None],
+) -> None:
+    begin, finished, failed = time.monotonic(), set[str](), set[str]()
+    while True:
+        ended = process.poll() is not None
+        for request in batch:
+            if request.run_id not in finished and folder.record(request).exists():
+                finished.add(request.run_id)
+                if not _succeeded(folder, request):
+                    failed.add(request.run_id)
+        elapsed = time.monotonic() - begin
+        report(Progress(len(finished), len(failed), len(batch), elapsed, _time_left(cost, finished, elapsed, jobs)))
+        if ended:
+            return
+        time.sleep(0.5)
+
+
+def _succeeded(folder: RunFolder, request: Request) -> bool:
+    try:
+        return read_record(folder.record(request), request).status == "ok"
+    except InvalidRecord:
+        return False
+
+
+def _time_left(cost: dict[str, float], finished: set[str], elapsed: float, jobs: int) -> float:
+    total, spent = sum(cost.values()), sum(cost[i] for i in finished)
+    by_model = total / jobs - elapsed
+    by_rate = elapsed * (total - spent) / spent if spent > 0 else by_model
+    share = spent / total  # trust the measured rate more and more as runs finish
+    return max(0.0, share * by_rate + (1 - share) * by_model)
+
+
+def _note_failures(folder: RunFolder, batch: list[Request]) -> None:
+    failures = folder.failures()
+    for request in batch:
+        try:
+            record = read_record(folder.record(request), request)
+            kind, message = record.status, record.error
+        except (FileNotFoundError, InvalidRecord) as error:
+            kind, message = _verdict_from_log(folder.log(request), error)
+        if kind in RETRIED:
+            before = int(failures.get(request.run_id, {"attempts": 0})["attempts"])
+            failures[request.run_id] = {"kind": kind, "message": message, "attempts": before + 1}
+        else:
+            failures.pop(request.run_id, None)
+    folder.write_failures(failures)
+
+
+def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
+    """What became of a run without a valid record, from the summary that yade-batch appends to its log."""
+    text = path.read_text(errors="replace") if path.exists() else ""
+    status = re.search(r"^status  : (\d+)", text, re.MULTILINE)
+    if isinstance(why, InvalidRecord):
+        return "lost", f"invalid record: {why}"
+    if status is None:
+        return "lost", "no record and no exit status: the run was killed with its driver, or never started"
+    code = int(status.group(1)) >> 8
+    if code in (124, 137):
+        return ("timeout", "the wall-clock limit passed") if code == 124 else ("lost", "killed from outside (signal 9)")
+    lines = [line for line in text.split("=" * 19)[0].splitlines() if line.strip()]
+    return "crash", f"exit code {code}: {lines[-1][:200] if lines else 'no output'}"
+
+
+def yade_batch_command() -> list[str]:
+    """How yade-batch is called: with its servers cut off from the network where that is possible, and never orphaned."""
+    for program in ("yade-batch", "yade"):
+        if shutil.which(program) is None:
+            raise CalibratorError(f"{program} is not installed: run `make yade` (apt-get install --no-install-recommends yade)")
+    command = ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
+    for namespace in (["unshare", "--map-root-user", "--net"], ["unshare", "--net"]):
+        if subprocess.run([*namespace, "true"], capture_output=True).returncode == 0:
+            return [*namespace, *command]
+    log.warning("no network namespace here: yade-batch's status page (port 9080+) can be reached from other machines")
+    return command
+
+
+def clean_environment(time_limit: float) -> dict[str, str]:
+    """The little that YADE needs. A virtual environment's PYTHONPATH, or OpenMP settings, would change or break its runs."""
+    kept = {n: os.environ[n] for n in ("PATH", "HOME", "TMPDIR", "USER", "LOGNAME") if n in os.environ}
+    return {**kept, "LANG": "C.UTF-8", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": "1",
+            "CALIBRATOR_TIME_LIMIT": f"{time_limit:.0f}"}
+
+
+def _kill_group(process: subprocess.Popen[bytes]) -> None:
+    """End yade-batch and every YADE below it; yade-batch itself would leave its children running."""
+    for sign in (signal.SIGTERM, signal.SIGKILL):
+        try:
+            os.killpg(process.pid, sign)
+            process.wait(2)
+        except ProcessLookupError:
+            break
+        except subprocess.TimeoutExpired:
+            continue
+    process.wait()

@@ -1,0 +1,76 @@
+"""Requests and native yade-batch tables."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibrator.errors import CalibratorError
+from calibrator.problem import Value, checked_value, known
+from calibrator.quantities import PARAMETERS, SCHEMA, SETUPS, parameters_of
+
+
+@dataclass(frozen=True)
+class Request:
+    """One run: a set-up and a value for each of its parameters, the seed among them."""
+
+    setup: str
+    parameters: dict[str, Value]
+
+    @classmethod
+    def of(cls, setup: str, **given: Value) -> Request:
+        """Complete the given parameters with the contract's defaults. Raises CalibratorError for bad names or values."""
+        own = parameters_of(known(setup, SETUPS, "set-up"))
+        for name in given:
+            known(name, own, f"parameter of {setup}")
+        return cls(setup, {n: checked_value(n, given.get(n, q.default)) for n, q in own.items()})
+
+    @property
+    def run_id(self) -> str:
+        """Short hash of schema, set-up and parameters: the same run is never done twice."""
+        key = json.dumps([SCHEMA, self.setup, self.parameters], sort_keys=True, allow_nan=False)
+        return hashlib.sha256(key.encode()).hexdigest()[:16]
+
+
+def cell(name: str, value: Value) -> str:
+    """One table cell. YADE evaluates cells as Python, so only a number or a word of the vocabulary may pass."""
+    checked = checked_value(name, value)
+    text = repr(checked)
+    allowed = r"'[a-z0-9_]+'" if isinstance(checked, str) else r"-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?"
+    if not re.fullmatch(allowed, text):
+        raise CalibratorError(f"{name} = {text} cannot be written into a yade-batch table: give a plain number")
+    return text
+
+
+def write_table(path: Path, requests: Sequence[Request]) -> None:
+    """Write a table for one set-up, atomically; line i + 2 is requests[i].
+
+    Every cell is complete (YADE copies neighbours into empty ones) and the file ends in a newline (YADE drops the
+    last character otherwise). The run id is the description, which yade-batch also uses for the log's name.
+    """
+    if len({r.setup for r in requests}) != 1:
+        raise ValueError("a table holds the runs of exactly one set-up")
+    names = list(parameters_of(requests[0].setup))
+    lines = [" ".join(["description", *names])]
+    lines += [" ".join([r.run_id, *(cell(n, r.parameters[n]) for n in names)]) for r in requests]
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+    temporary.write_text("\n".join(lines) + "\n")
+    os.replace(temporary, path)
+
+
+def requests_for(
+    setup: str, columns: dict[str, Value], points: list[dict[str, Value]], seeds: list[list[int]]
+) -> list[Request]:
+    """Requests of one set-up: common columns, one dict of calibrated values per set, and the seeds of each set."""
+    own = parameters_of(setup)
+    common = {n: v for n, v in columns.items() if n in own}
+    return [
+        Request.of(setup, **{**common, **{n: v for n, v in point.items() if n in PARAMETERS}, "seed": seed})
+        for point, set_seeds in zip(points, seeds, strict=True)
+        for seed in set_seeds
+    ]

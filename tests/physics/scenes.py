@@ -1,0 +1,298 @@
+"""Small experiments on the contact law, run inside YADE; the numbers they measure go into one JSON file.
+
+By hand:  CONTACT_LAW_RECORD=numbers.json yade -n -x -j1 scenes.py
+
+One start of YADE costs two seconds, so all experiments share one process. Their scenes are built with the project's own
+modules (materials, contact functors, engines, time step); the formulas they must obey are in test_contact_law.py.
+Everything is in SI units.
+"""
+import json
+import math
+import os
+import sys
+
+import numpy as np
+from yade import InteractionLoop, NewtonIntegrator, O, utils
+
+# The script's path is in argv: inside YADE __file__ is YADE's own.
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "..", "yade_scripts"))
+
+import contract
+import material
+import packing
+import session
+import stop
+import walls
+
+SETUP = "conical_pile"  # any set-up would do: the parameters of the contact law are common to all
+FAR = 0.2  # half width [m] of a floor: no grain reaches its rim
+
+
+def scene(gravity=True, **given):
+    """An empty scene with the project's engines; returns its parameters and the grain and wall materials."""
+    O.reset()
+    p = contract.checked(SETUP, given)
+    grain, wall = session.start(p)
+    if not gravity:
+        engine(NewtonIntegrator).gravity = (0, 0, 0)
+    return p, grain, wall
+
+
+def engine(kind):
+    """The engine of that class in the current scene."""
+    return next(e for e in O.engines if isinstance(e, kind))
+
+
+def run(seconds, look=lambda: None):
+    """Step for a simulated time [s], with look() called after every step."""
+    end = O.time + seconds
+
+    def at_end():
+        look()
+        return O.time >= end
+
+    stop.run_until(at_end, O.dt, 2 * seconds, "experiment")
+
+
+def add_grain(p, z, grain, radius=None, velocity=(0, 0, 0), spin=(0, 0, 0), fixed=False):
+    """A grain on the z axis; returns its body. A fixed grain moves with the given velocities whatever acts on it."""
+    body = utils.sphere((0, 0, z), radius or p["particle_radius"], material=grain, fixed=fixed)
+    body.state.vel, body.state.angVel = velocity, spin
+    return O.bodies[O.bodies.append(body)]
+
+
+def add_floor(kind, wall, edge=0.0):
+    """A floor at z = 0: one wall, one large facet, or two coplanar facets whose shared edge meets the x axis at `edge` [m].
+
+    That edge is square to the x axis ("edge") or at 45 degrees to it ("oblique edge").
+    """
+    if kind == "wall":
+        return O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
+    lean = FAR if kind == "oblique edge" else 0.0
+    a, b = (edge - lean, -FAR, 0), (edge + lean, FAR, 0)
+    corners = [[a, b, (-2 * FAR, 0, 0)], [a, b, (2 * FAR, 0, 0)]]
+    if kind == "facet":
+        corners = [[(-FAR, -FAR, 0), (FAR, -FAR, 0), (0, FAR, 0)]]
+    return O.bodies.append([utils.facet(c, material=wall) for c in corners])
+
+
+def contacts(body):
+    """The contacts of a body that carry a force."""
+    return [i for i in body.intrs() if i.isReal]
+
+
+def grain_weight(p):
+    """Weight of a grain [N]."""
+    return material.grain_mass(p) * material.GRAVITY
+
+
+def static_overlap(p, load, effective_radius):
+    """Overlap [m] at which the Hertz force 4/3 E* sqrt(R_eff) delta^1.5 is the load [N]."""
+    e_star = p["young_modulus"] / (2 * (1 - p["poisson_ratio"] ** 2))
+    return (load / (4 / 3 * e_star * math.sqrt(effective_radius))) ** (2 / 3)
+
+
+def effective_radius(p, partner):
+    """R_eff [m] of a grain with an equal grain or with a floor."""
+    return p["particle_radius"] / (2 if partner == "grain" else 1)
+
+
+def rebound(partner, restitution, speed=0.1):
+    """Head-on impact without gravity: ratio of the relative normal velocities after and before."""
+    p, grain, wall = scene(gravity=False, restitution=restitution)
+    r = p["particle_radius"]
+    if partner == "grain":
+        upper = add_grain(p, 2.001 * r, grain, velocity=(0, 0, -speed / 2))
+        lower = add_grain(p, 0, grain, velocity=(0, 0, speed / 2))
+    else:
+        upper = add_grain(p, 1.001 * r, grain, velocity=(0, 0, -speed))
+        lower = O.bodies[np.ravel(add_floor(partner, wall))[0].item()]
+    run(5e-3)
+    return dict(restitution=(upper.state.vel[2] - lower.state.vel[2]) / speed, contacts_left=len(contacts(upper)))
+
+
+def sliding_impact(kind, normal_speed=0.02, tangential_speed=0.2):
+    """Grazing impact on a floor without rolling friction and without gravity.
+
+    The surfaces slide throughout, because v_t > 7/2 mu_s (1 + e) v_n. The normal speed is low so that the overlap, which
+    shortens the lever arm of friction to r - delta/2, stays below half a per cent.
+    """
+    p, grain, wall = scene(gravity=False, rolling_friction=0.0)
+    r = p["particle_radius"]
+    add_floor(kind, wall)
+    body = add_grain(p, 1.001 * r, grain, velocity=(tangential_speed, 0, -normal_speed))
+    moments = []
+
+    def look():
+        moments.extend((i.phys.momentBend + i.phys.momentTwist).norm() for i in contacts(body))
+
+    run(5e-3, look)
+    v, spin = body.state.vel, body.state.angVel[1]
+    return dict(
+        radius=r, sliding_friction=p["sliding_friction"], normal_change=v[2] + normal_speed, spin=spin,
+        tangential_change=tangential_speed - v[0], final_slip=v[0] - spin * r, largest_moment=max(moments),
+    )
+
+
+def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_friction=0.1):
+    """Head-on impact of grains that spin about a tangential axis, without sliding friction and without gravity.
+
+    Rolling friction alone changes the spin, and the spin is fast enough to keep the moment at its cap.
+    """
+    p, grain, wall = scene(
+        gravity=False, restitution=restitution, rolling_friction=rolling_friction, sliding_friction=0.0
+    )
+    r = p["particle_radius"]
+    if partner == "grain":
+        add_grain(p, -1.0005 * r, grain, velocity=(0, 0, speed), spin=(0, -spin, 0))
+    else:
+        add_floor(partner, wall)
+    body = add_grain(p, 1.0005 * r, grain, velocity=(0, 0, -speed), spin=(0, spin, 0))
+    run(5e-3)
+    return dict(
+        radius=r, effective_radius=effective_radius(p, partner), rolling_friction=rolling_friction,
+        normal_change=body.state.vel[2] + speed, spin_loss=spin - body.state.angVel[1],
+    )
+
+
+def rolling(kind, rolling_friction, duration=0.1):
+    """A grain rolls on a floor without slip, with the speed 5/7 mu_r g t at which it comes to rest after t = duration.
+
+    It starts from static overlap. The deceleration is fitted between 10 % and 80 % of the duration, when the start-up
+    oscillation of the contact springs has died. A shared edge of two facets is crossed half-way to the stop.
+    """
+    p, grain, wall = scene(rolling_friction=rolling_friction, sliding_friction=0.8)
+    r, speed = p["particle_radius"], 5 / 7 * rolling_friction * material.GRAVITY * duration
+    add_floor(kind, wall, edge=0.25 * speed * duration)
+    body = add_grain(p, r - static_overlap(p, grain_weight(p), r), grain)
+    run(0.02)
+    body.state.vel, body.state.angVel, begin = (speed, 0, 0), (0, speed / r, 0), O.time
+    samples = []
+
+    def look():
+        samples.append((O.time - begin, body.state.vel[0], body.state.angVel[1] * r, len(contacts(body))))
+
+    run(0.8 * duration, look)
+    t, v, rim, touching = np.array(samples).T
+    late = t > 0.1 * duration
+    return dict(
+        rolling_friction=7 / 5 * -np.polyfit(t[late], v[late], 1)[0] / material.GRAVITY,
+        largest_slip=np.abs(v - rim)[late].max() / speed, fewest_contacts=touching.min(), most_contacts=touching.max(),
+    )
+
+
+def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
+    """A fixed grain under a force of five grain weights turns about a tangential axis until long past the cap.
+
+    Without sliding friction the torque on it is the rolling moment alone. ratio : radius of the other grain over its own;
+    for unequal grains the functor of the project takes the eta and the stiffness of that pair.
+    """
+    p, grain, wall = scene(rolling_friction=rolling_friction, sliding_friction=0.0, rolling_spring=spring)
+    r, load, spin = p["particle_radius"], 5 * grain_weight(p), 0.1
+    r_eff = effective_radius(p, partner)
+    if partner == "grain":
+        other = ratio * r
+        r_eff = r * other / (r + other)
+        if ratio != 1:
+            functor = engine(InteractionLoop).physDispatcher.functors[0]
+            functor.eta = material.grain_eta(rolling_friction, r, other)
+            functor.krot = material.rolling_stiffness(p, r_eff)
+        add_grain(p, -other, grain, radius=other, fixed=True)
+    else:
+        add_floor(partner, wall)
+    body = add_grain(p, r - static_overlap(p, load, r_eff), grain, spin=(0, spin, 0), fixed=True)
+    curve = []
+
+    def look():
+        contact, = contacts(body)
+        curve.append((O.time, O.forces.t(body.id, True).norm(), contact.phys.momentBend.norm()))
+
+    run(400 * O.dt, look)
+    t, torque, moment = np.array(curve).T
+    elastic = slice(2, 12)  # ends at a tenth of the way to the cap
+    return dict(
+        parameters=p, effective_radius=r_eff, load=load, stiffness=material.rolling_stiffness(p, r_eff),
+        stiffness_factor=material.ROLLING_STIFFNESS_FACTOR, slope=np.polyfit(spin * t[elastic], torque[elastic], 1)[0],
+        limit=torque[-1], largest_moment=moment.max(),
+    )
+
+
+def pressed(partner):
+    """Two bodies at rest with a known overlap: what the contact between them holds."""
+    p, grain, wall = scene(sliding_friction=0.45)
+    r, overlap = p["particle_radius"], 1e-3 * p["particle_radius"]
+    if partner == "grain":
+        add_grain(p, -r, grain, fixed=True)
+    else:
+        add_floor(partner, wall)
+    body = add_grain(p, r - overlap, grain, fixed=True)
+    run(2 * O.dt)
+    contact, = contacts(body)
+    return dict(
+        parameters=p, effective_radius=effective_radius(p, partner), overlap=overlap,
+        normal_force=contact.phys.normalForce.norm(), shear_stiffness=contact.phys.ks,
+        friction=contact.phys.tangensOfFrictionAngle,
+    )
+
+
+def spinning(kind, spin=10.0):
+    """A grain at rest on a floor spins about the vertical: its spin [rad/s] before and after 0.1 s."""
+    p, grain, wall = scene()
+    r = p["particle_radius"]
+    add_floor(kind, wall)
+    body = add_grain(p, r - static_overlap(p, grain_weight(p), r), grain, spin=(0, 0, spin))
+    run(0.1)
+    return dict(before=spin, after=body.state.angVel[2])
+
+
+def settled_layer(count=200, diameter=0.03):
+    """Grains poured into a wide cylinder until they are at rest: mean energies [J] at that moment and 0.1 s later.
+
+    The layer is one to two grains deep, so that some of the grains touch nothing but the floor.
+    """
+    p, grain, wall = scene(cylinder_diameter=diameter, filling_kinetic_energy=1e-15)
+    r, cylinder, mass, rng = p["particle_radius"], diameter / 2, material.grain_mass(p), np.random.default_rng(p["seed"])
+    centres = packing.cloud(
+        count, r, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin, cylinder, cylinder,
+        p["pouring_height"], rng,
+    )
+    add_floor("wall", wall)
+    O.bodies.append(walls.cylinder(cylinder, 0.05 * r, centres[:, 2].max() + 10 * r, wall))
+    ids = session.add_grains(p, centres, grain, rng)
+    session.fill(p, ids, {})
+
+    def energies():
+        return dict(translational=stop.mean_kinetic_energy(ids, mass), rotational=stop.mean_rotational_energy(ids, mass, r))
+
+    at_rest = energies()
+    run(0.1)
+    return dict(threshold=p["filling_kinetic_energy"], at_rest=at_rest, later=energies())
+
+
+def experiments():
+    """(function, arguments) of every experiment."""
+    for partner in ("grain", "facet", "wall"):
+        yield from ((rebound, (partner, e)) for e in (0.5, 0.9, 0.93))
+        yield from ((spinning_impact, (partner, e)) for e in (0.5, 0.9))
+        yield from ((bent_contact, (partner, mu_r)) for mu_r in (0.0, 0.2))
+        yield bent_contact, (partner, 0.2, 1.0, "epsd")
+        yield pressed, (partner,)
+    for kind in ("facet", "wall"):
+        yield sliding_impact, (kind,)
+        yield spinning, (kind,)
+    for kind in ("facet", "wall", "edge", "oblique edge"):
+        yield from ((rolling, (kind, mu_r)) for mu_r in (0.1, 0.3))
+    yield bent_contact, ("grain", 0.2, 1.5)
+    yield settled_layer, ()
+
+
+def main():
+    """Run everything; the record is {"experiment argument argument": {quantity: number}}."""
+    record = {}
+    for experiment, arguments in experiments():
+        record[" ".join([experiment.__name__, *map(str, arguments)])] = experiment(*arguments)
+    with open(os.environ["CONTACT_LAW_RECORD"], "w") as stream:
+        json.dump(record, stream, indent=1, allow_nan=False)
+
+
+main()

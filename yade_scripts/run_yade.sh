@@ -1,0 +1,13 @@
+#!/bin/sh
+# yade-batch's --executable: runs one table line with what yade-batch itself lacks, a lock and a time limit.
+# Called in the case's result folder with YADE_BATCH=<table>:<line> and CALIBRATOR_TIME_LIMIT in seconds.
+table=${YADE_BATCH%:*}
+line=${YADE_BATCH##*:}
+run_id=$(sed -n "${line}s/^\([0-9a-f]*\) .*/\1/p" "$table")
+[ -n "$run_id" ] || { echo "no run id in line $line of $table" >&2; exit 2; }
+mkdir -p locks
+# A run that outlived its driver still holds this lock: wait for it, then find its record. YADE inherits the lock.
+exec 9>"locks/$run_id"
+flock 9
+[ -e "records/$run_id.json" ] && exit 0
+exec timeout --foreground --kill-after=10 "$CALIBRATOR_TIME_LIMIT" yade -n "$@"
