@@ -127,9 +127,13 @@ def read_case(path: str | Path) -> Case:
     path = Path(path)
     tables = _load(path)
     for key in tables:
-        known(key, ("name", "about", "measured", "parameters", "fixed", "setups", "targets", "truth_file", *SECTIONS), "key in the case file")
+        known(
+            key,
+            ("name", "about", "measured", "parameters", "fixed", "setups", "targets", "truth_file", *SECTIONS),
+            "key in the case file",
+        )
     if not isinstance(tables.get("name"), str) or not tables["name"].replace("_", "").isalnum():
-        raise CalibratorError("name is missing or not a plain word: add name = \"my_sand\" (letters, digits, underscores)")
+        raise CalibratorError('name is missing or not a plain word: add name = "my_sand" (letters, digits, underscores)')
     settings = {key: _build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
     return Case(tables["name"], path, _problem(tables, path), about=str(tables.get("about", "")), truth=truth, **settings)
@@ -175,7 +179,9 @@ def _typed(where: str, annotation: str, value: Any) -> Any:
 
 def _problem(tables: dict[str, Any], path: Path) -> Problem:
     parameters = tuple(
-        _build(Parameter, {"name": known(name, PARAMETERS, "parameter"), **_table(spec, f"parameters.{name}")}, f"parameters.{name}")
+        _build(
+            Parameter, {"name": known(name, PARAMETERS, "parameter"), **_table(spec, f"parameters.{name}")}, f"parameters.{name}"
+        )
         for name, spec in _table(tables.get("parameters", {}), "parameters").items()
     )
     fixed = {n: checked_value(n, v) for n, v in _table(tables.get("fixed", {}), "fixed").items()}
@@ -195,7 +201,9 @@ def _setups(tables: dict[str, Any]) -> dict[str, dict[str, Value]]:
     setups: dict[str, dict[str, Value]] = {}
     for setup, spec in _table(tables.get("setups", {}), "setups").items():
         own = parameters_of(known(setup, SETUPS, "set-up"))
-        setups[setup] = {known(n, own, f"parameter of {setup}"): checked_value(n, v) for n, v in _table(spec, f"setups.{setup}").items()}
+        setups[setup] = {
+            known(n, own, f"parameter of {setup}"): checked_value(n, v) for n, v in _table(spec, f"setups.{setup}").items()
+        }
     return setups
 
 
@@ -208,14 +216,16 @@ def _table(value: Any, where: str) -> dict[str, Any]:
 def _targets(tables: dict[str, Any], path: Path) -> list[tuple[str, Target]]:
     """(role, target) of every measured row; [targets."setup.response"] may set weight and tolerance."""
     if not isinstance(tables.get("measured"), str):
-        raise CalibratorError("measured is missing: add measured = \"lab.csv\", the file with the measured responses")
+        raise CalibratorError('measured is missing: add measured = "lab.csv", the file with the measured responses')
     options = _table(tables.get("targets", {}), "targets")
     rows = read_lab(path.parent / tables["measured"])
     keys = [target.key for _, target in rows]
     targets = []
     for role, target in rows:
-        extra = {k: _typed(f"targets.{target.key}.{known(k, ('weight', 'tolerance'), 'target option')}", "float", v)
-                 for k, v in _table(options.get(target.key, {}), f"targets.{target.key}").items()}
+        extra = {
+            k: _typed(f"targets.{target.key}.{known(k, ('weight', 'tolerance'), 'target option')}", "float", v)
+            for k, v in _table(options.get(target.key, {}), f"targets.{target.key}").items()
+        }
         targets.append((role, dataclasses.replace(target, **extra)))
     for key in options:
         known(key, keys, "target")

@@ -59,7 +59,9 @@ class Database:
         try:
             lines = path.read_text().splitlines()
         except (OSError, UnicodeDecodeError) as error:
-            raise CalibratorError(f"cannot read the database {path} ({error}): correct the path or run `calibrator collect`") from None
+            raise CalibratorError(
+                f"cannot read the database {path} ({error}): correct the path or run `calibrator collect`"
+            ) from None
         body = [(i, line) for i, line in enumerate(lines, 1) if not line.startswith("#")]
         if not lines or not lines[0].startswith(f"# response database, schema {SCHEMA}") or not body:
             raise CalibratorError(f"{path} is not a response database of schema {SCHEMA}: make it anew with `calibrator collect`")
@@ -81,11 +83,16 @@ def _units(parameters: list[str], responses: list[str]) -> str:
 def _row(record: Record, parameters: list[str], responses: list[str]) -> list[str]:
     request = record.request
     return [
-        record.run_id, request.setup, record.status,
+        record.run_id,
+        request.setup,
+        record.status,
         *(_text(request.parameters.get(n)) for n in parameters),
         *(_text(record.responses.get(n)) for n in responses),
-        _text(record.diagnostics.get("particles")), _text(record.diagnostics.get("steps")),
-        _text(record.provenance.get("yade")), _text(record.provenance.get("scripts")), record.error,
+        _text(record.diagnostics.get("particles")),
+        _text(record.diagnostics.get("steps")),
+        _text(record.provenance.get("yade")),
+        _text(record.provenance.get("scripts")),
+        record.error,
     ]
 
 
@@ -119,5 +126,7 @@ def response_table(problem: Problem, records: Sequence[Record], keys: Sequence[s
     """
     good = [r for r in records if r.status == "ok"]
     points = np.array([[r.request.parameters[n] for n in problem.names] for r in good], float).reshape(-1, len(problem.names))
-    values = np.array([[r.responses.get(k.split(".")[1], np.nan) if k.split(".")[0] == r.request.setup else np.nan for k in keys] for r in good])
+    values = np.array(
+        [[r.responses.get(k.split(".")[1], np.nan) if k.split(".")[0] == r.request.setup else np.nan for k in keys] for r in good]
+    )
     return points, values.reshape(-1, len(keys))

@@ -51,14 +51,9 @@ class Interpolant(Protocol):
         """Prediction of each distinct point without it and its expected scatter, both (p, m)."""
 
 
-def by_response(responses: Sequence[str], values: np.ndarray) -> dict[str, np.ndarray]:
-    """Columns of values (n, m) under their response keys, each (n,)."""
-    return {key: values[:, i] for i, key in enumerate(responses)}
-
-
 def box_sample(low: np.ndarray, high: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
     """Scrambled Sobol points that fill the box low (d,) to high (d,); count is rounded up to a power of two: (n, d)."""
-    unit = qmc.Sobol(len(low), scramble=True, rng=rng).random_base2(max(0, math.ceil(math.log2(count))))
+    unit = qmc.Sobol(len(low), scramble=True, seed=rng).random_base2(max(0, math.ceil(math.log2(count))))
     return np.clip(low + (high - low) * unit, low, high)
 
 
@@ -131,6 +126,7 @@ def _checked_runs(
     noise: np.ndarray | None,
     counts: np.ndarray | None,
     parameters: Sequence[str] | None,
+    fewest_degrees: int,
 ) -> _Runs:
     points, values = np.asarray(points, float), np.asarray(values, float)
     if points.ndim != 2 or values.shape != (len(points), len(names)) or not len(points):
@@ -141,16 +137,18 @@ def _checked_runs(
         raise CalibratorError("a training point is not finite or a response is infinite: leave failed runs out")
     if counts is not None and noise is None:
         raise CalibratorError("rows that already average several runs hide the seed noise: give noise together with counts")
-    known_noise, sources = _noise_of(points, values, noise)
+    known_noise, sources = _noise_of(points, values, noise, fewest_degrees)
     parameters = list(parameters) if parameters is not None else [f"parameter {i + 1}" for i in range(points.shape[1])]
     return _Runs(points, values, *average_replicates(points, values, counts), known_noise, sources, list(names), parameters)
 
 
-def _noise_of(points: np.ndarray, values: np.ndarray, noise: np.ndarray | None) -> tuple[np.ndarray, tuple[str, ...]]:
+def _noise_of(
+    points: np.ndarray, values: np.ndarray, noise: np.ndarray | None, fewest_degrees: int
+) -> tuple[np.ndarray, tuple[str, ...]]:
     if noise is not None:
         return np.broadcast_to(np.asarray(noise, float), values.shape[1]).copy(), ("given",) * values.shape[1]
     pooled, degrees = seed_noise(points, values)
-    measured = degrees >= FEWEST_DEGREES
+    measured = degrees >= fewest_degrees
     return np.where(measured, pooled, np.nan), tuple("replicates" if m else "estimated" for m in measured)
 
 
@@ -186,7 +184,7 @@ class Multilinear:
     responses : keys of the m responses; parameters : names of the d parameters.
     points (p, d), values (p, m), counts (p, m) : distinct grid points, mean responses and runs behind each.
     noise : (m,) seed noise of a single run; zero where noise_sources says "none".
-    noise_sources : (m,) "given", "replicates" or "none" (too few replicates to tell).
+    noise_sources : (m,) "given", "replicates" or "none" (no replicates).
     axes : d ascending sample arrays.
     """
 
@@ -223,7 +221,7 @@ class Multilinear:
         ------
         CalibratorError : the points are not a full grid of two or more samples per axis, or a response is missing.
         """
-        runs = _checked_runs(points, values, names, noise, counts, parameters)
+        runs = _checked_runs(points, values, names, noise, counts, parameters, 1)
         axes = tuple(np.unique(column) for column in runs.points.T)
         _require_full_grid(runs, axes)
         shape = (*(len(axis) for axis in axes), len(names))
@@ -387,7 +385,7 @@ class GaussianProcess:
         ------
         CalibratorError : a point lies outside bounds, or a response has fewer than d + 2 distinct points.
         """
-        runs = _checked_runs(points, values, names, noise, counts, parameters)
+        runs = _checked_runs(points, values, names, noise, counts, parameters, FEWEST_DEGREES)
         bounds = np.asarray(bounds, float)
         _inside(runs.points, bounds[0], bounds[1], runs.parameters)
         processes = tuple(_fit_process(runs, column, bounds, restarts, seed) for column in range(len(names)))

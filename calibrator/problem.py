@@ -86,7 +86,9 @@ class Target:
         known(self.setup, SETUPS, "set-up")
         known(self.response, RESPONSES, "response")
         if self.setup not in RESPONSES[self.response].setups:
-            raise CalibratorError(f"{self.setup} does not measure {self.response}: use {' or '.join(RESPONSES[self.response].setups)}")
+            raise CalibratorError(
+                f"{self.setup} does not measure {self.response}: use {' or '.join(RESPONSES[self.response].setups)}"
+            )
         if not math.isfinite(self.value) or self.value == 0:
             raise CalibratorError(f"target {self.key} = {self.value}: give a finite value other than zero")
         for name in ("scatter", "weight", "tolerance"):

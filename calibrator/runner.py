@@ -62,7 +62,9 @@ class RunFolder:
         except FileNotFoundError:
             return {}
         except ValueError as error:
-            raise CalibratorError(f"{self.path}/failures.json is damaged ({error}): delete it, failed runs are tried again") from None
+            raise CalibratorError(
+                f"{self.path}/failures.json is damaged ({error}): delete it, failed runs are tried again"
+            ) from None
 
     def write_failures(self, failures: dict[str, dict[str, str | int]]) -> None:
         """Replace the list of failures atomically."""
@@ -137,7 +139,12 @@ def _is_pending(folder: RunFolder, request: Request, attempts: int) -> bool:
 
 
 def _run_batch(
-    folder: RunFolder, batch: list[Request], cost: dict[str, float], command: list[str], jobs: int, patience: float,
+    folder: RunFolder,
+    batch: list[Request],
+    cost: dict[str, float],
+    command: list[str],
+    jobs: int,
+    patience: float,
     report: Callable[[Progress], None],
 ) -> None:
     for request in batch:  # a record of a failed attempt would make the wrapper believe that the run is done
@@ -147,12 +154,32 @@ def _run_batch(
     name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}-{setup}.table"
     write_table(folder.path / name, batch)
     limit = patience * max(120.0, 10 * max(cost.values()))
-    arguments = ["-j", str(jobs), "--job-threads", "1", "--nice", "0", "--plot-update", "0", "--disable-pynotify",
-                 "--log", "logs/@.log", "--executable", "scripts/run_yade.sh", name, f"scripts/{setup}.py"]
+    arguments = [
+        "-j",
+        str(jobs),
+        "--job-threads",
+        "1",
+        "--nice",
+        "0",
+        "--plot-update",
+        "0",
+        "--disable-pynotify",
+        "--log",
+        "logs/@.log",
+        "--executable",
+        "scripts/run_yade.sh",
+        name,
+        f"scripts/{setup}.py",
+    ]
     with open(folder.path / "logs" / "yade-batch.log", "ab") as output:
         process = subprocess.Popen(
-            [*command, *arguments], cwd=folder.path, env=clean_environment(limit), stdin=subprocess.DEVNULL,
-            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+            [*command, *arguments],
+            cwd=folder.path,
+            env=clean_environment(limit),
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
         )
         try:
             _watch(process, folder, batch, cost, jobs, report)
@@ -162,7 +189,11 @@ def _run_batch(
 
 
 def _watch(
-    process: subprocess.Popen[bytes], folder: RunFolder, batch: list[Request], cost: dict[str, float], jobs: int,
+    process: subprocess.Popen[bytes],
+    folder: RunFolder,
+    batch: list[Request],
+    cost: dict[str, float],
+    jobs: int,
     report: Callable[[Progress], None],
 ) -> None:
     begin, finished, failed = time.monotonic(), set[str](), set[str]()
@@ -242,8 +273,15 @@ def yade_batch_command() -> list[str]:
 def clean_environment(time_limit: float) -> dict[str, str]:
     """The little that YADE needs. A virtual environment's PYTHONPATH, or OpenMP settings, would change or break its runs."""
     kept = {n: os.environ[n] for n in ("PATH", "HOME", "TMPDIR", "USER", "LOGNAME") if n in os.environ}
-    return {**kept, "LANG": "C.UTF-8", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": "1",
-            "CALIBRATOR_TIME_LIMIT": f"{time_limit:.0f}"}
+    return {
+        **kept,
+        "LANG": "C.UTF-8",
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONUNBUFFERED": "1",
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "CALIBRATOR_TIME_LIMIT": f"{time_limit:.0f}",
+    }
 
 
 def _kill_group(process: subprocess.Popen[bytes]) -> None:

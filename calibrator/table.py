@@ -63,9 +63,7 @@ def write_table(path: Path, requests: Sequence[Request]) -> None:
     os.replace(temporary, path)
 
 
-def requests_for(
-    setup: str, columns: dict[str, Value], points: list[dict[str, Value]], seeds: list[list[int]]
-) -> list[Request]:
+def requests_for(setup: str, columns: dict[str, Value], points: list[dict[str, Value]], seeds: list[list[int]]) -> list[Request]:
     """Requests of one set-up: common columns, one dict of calibrated values per set, and the seeds of each set."""
     own = parameters_of(setup)
     common = {n: v for n, v in columns.items() if n in own}

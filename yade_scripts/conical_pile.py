@@ -4,6 +4,7 @@ By hand:          yade -n -x conical_pile.py
 One table line:   YADE_BATCH=runs.table:2 yade -n -x conical_pile.py
 All lines:        yade-batch runs.table conical_pile.py
 """
+
 import os
 import sys
 import time
@@ -28,8 +29,14 @@ def simulate(p, diagnostics):
     rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
     centres = packing.cloud(
-        count, radius, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
-        cylinder, cylinder, p["pouring_height"], rng,
+        count,
+        radius,
+        p["cloud_fraction"],
+        lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
+        cylinder,
+        cylinder,
+        p["pouring_height"],
+        rng,
     )
     O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
     # The wall of the cylinder starts a hair above the base plane, so that the two never share a contact.
@@ -68,22 +75,29 @@ def respond(p, filled, final, diagnostics):
     diagnostics["filled_height"] = float(height[section].mean())
     responses = dict(bulk_density=len(filled) * mass / (np.pi * cylinder**2 * height[section].mean()))
 
-    half = float(np.abs(final[:, :2]).max()) + 2 * radius
+    # Grains that rolled far away are left out of the scan, or a single one would set its size.
+    half = 1.2 * float(np.quantile(np.hypot(final[:, 0], final[:, 1]), 0.98)) + 2 * radius
     x, y, height = measure.height_map(final, radius, half, half)
     responses["pile_equivalent_angle_deg"] = measure.cone_angle_from_moments(x, y, height)
     position, profile = measure.radial_profile(x, y, height, radius)
-    fit = measure.fit_slope(*measure.between_heights(position, profile, 0.2, 0.8))
+    fit = measure.fit_slope(*flank(position, profile))
     if fit:
         responses.update(
-            pile_angle_of_repose_deg=fit["angle"], pile_angle_error_deg=fit["error"], pile_curvature=fit["curvature"],
+            pile_angle_of_repose_deg=fit["angle"],
+            pile_angle_error_deg=fit["error"],
+            pile_curvature=fit["curvature"],
             pile_apex_rounding=fit["intercept"] - float(profile.max()),
         )
-        right, left = (measure.fit_slope(*measure.between_heights(*measure.radial_profile(x, y, height, radius, half_plane), 0.2, 0.8))
-                       for half_plane in ((x[:, None] > 0) & (y[None, :] == y[None, :]), (x[:, None] < 0) & (y[None, :] == y[None, :])))
-        if right and left:
-            responses["pile_asymmetry_deg"] = 0.5 * (right["angle"] - left["angle"])
+        tilt = measure.asymmetry(x, y, height, radius, np.ones_like(height, bool), flank)
+        if tilt is not None:
+            responses["pile_asymmetry_deg"] = tilt
     curves = dict(profile_radius=position, profile_height=profile, filled=filled.astype("f4"), final=final.astype("f4"))
     return "ok", {name: float(value) for name, value in responses.items()}, curves
+
+
+def flank(position, profile):
+    """The straight part of the profile: neither the rounded apex nor the thin toe."""
+    return measure.between_heights(position, profile, 0.2, 0.8)
 
 
 session.main("conical_pile", simulate)

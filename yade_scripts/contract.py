@@ -3,6 +3,7 @@
 Standard library and numpy only; used inside YADE's interpreter. The file is the API: whoever writes the
 yade-batch table and reads the records never imports anything from here.
 """
+
 import json
 import math
 import os

@@ -4,6 +4,7 @@ By hand:          yade -n -x hourglass.py
 One table line:   YADE_BATCH=runs.table:2 yade -n -x hourglass.py
 All lines:        yade-batch runs.table hourglass.py
 """
+
 import os
 import sys
 import time
@@ -30,8 +31,14 @@ def simulate(p, diagnostics):
     rng = np.random.default_rng(p["seed"])
     count = max(1, int(round(p["fill_mass"] / material.grain_mass(p))))
     centres = packing.cloud(
-        count, radius, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
-        cylinder, cylinder, p["pouring_height"], rng,
+        count,
+        radius,
+        p["cloud_fraction"],
+        lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
+        cylinder,
+        cylinder,
+        p["pouring_height"],
+        rng,
     )
     O.bodies.append(walls.cylinder(cylinder, -2 * radius, centres[:, 2].max() + 10 * radius, wall))
     O.bodies.append(walls.annulus(neck, cylinder, wall))
@@ -84,7 +91,12 @@ def discharge(p, ids, diagnostics):
 
 def respond(p, filled, final, times, passed, status, diagnostics):
     """Bulk responses and curves from what the run left behind."""
-    mass, radius, cylinder, neck = material.grain_mass(p), p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    mass, radius, cylinder, neck = (
+        material.grain_mass(p),
+        p["particle_radius"],
+        p["cylinder_diameter"] / 2,
+        p["neck_diameter"] / 2,
+    )
     x, y, height = measure.height_map(filled, radius, cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
     volume = measure.filled_volume(x, y, height, section) * np.pi * cylinder**2 / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
@@ -110,12 +122,12 @@ def crater(p, final, bulk_density, cylinder, neck, curves):
     volume = len(final) * material.grain_mass(p) / bulk_density
     responses = dict(drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck))
     if fit:
-        responses.update(drained_angle_of_repose_deg=fit["angle"], drained_angle_error_deg=fit["error"], drained_curvature=fit["curvature"])
-        right, left = (
-            measure.fit_slope(*measure.radial_profile(x, y, height, radius, slope_part & side[:, None])) for side in (x > 0, x < 0)
+        responses.update(
+            drained_angle_of_repose_deg=fit["angle"], drained_angle_error_deg=fit["error"], drained_curvature=fit["curvature"]
         )
-        if right and left:
-            responses["drained_asymmetry_deg"] = 0.5 * (right["angle"] - left["angle"])
+        tilt = measure.asymmetry(x, y, height, radius, slope_part)
+        if tilt is not None:
+            responses["drained_asymmetry_deg"] = tilt
     return responses
 
 

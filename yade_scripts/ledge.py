@@ -4,6 +4,7 @@ By hand:          yade -n -x ledge.py
 One table line:   YADE_BATCH=runs.table:2 yade -n -x ledge.py
 All lines:        yade-batch runs.table ledge.py
 """
+
 import os
 import sys
 import time
@@ -31,11 +32,18 @@ def simulate(p, diagnostics):
     rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, length * width * p["fill_height"])
     centres = packing.cloud(
-        count, radius, p["cloud_fraction"], lambda x, y, margin: (np.abs(x) < length / 2 - margin) & (np.abs(y) < width / 2 - margin),
-        length / 2, width / 2, p["pouring_height"], rng,
+        count,
+        radius,
+        p["cloud_fraction"],
+        lambda x, y, margin: (np.abs(x) < length / 2 - margin) & (np.abs(y) < width / 2 - margin),
+        length / 2,
+        width / 2,
+        p["pouring_height"],
+        rng,
     ) + (length / 2, width / 2, 0)
     top = centres[:, 2].max() + 10 * radius
-    # YADE's cell is periodic in all three directions: in x and z it is long enough that nothing meets its image and no wall exceeds half of it.
+    # YADE's cell is periodic in all three directions: in x and z it is so long that nothing meets its image and no wall
+    # exceeds half of it.
     # The cell starts at the origin, so walls and grains stand clear of x = 0 and z = 0 by an offset.
     offset = np.array([4 * radius, 0, 8 * radius])
     O.periodic = True
@@ -91,13 +99,17 @@ def respond(p, filled, final, diagnostics):
     x, y, height = measure.height_map(final - centre, radius, length / 2, width / 2, period_y=width)
     position, profile = measure.x_profile(x + length / 2, height, radius)
     responses = dict(
-        bulk_density=bulk_density, residual_mass=len(final) * mass, residual_fraction=len(final) / len(filled),
+        bulk_density=bulk_density,
+        residual_mass=len(final) * mass,
+        residual_fraction=len(final) / len(filled),
         ledge_equivalent_angle_deg=measure.wedge_angle_from_volume(len(final) * mass / bulk_density, length, width),
     )
     # The layered grains at the back wall, a flat that the slide did not reach, and the ragged edge are left out.
     fit = measure.fit_slope(*measure.between_heights(position, profile, 0.2, 0.9))
     if fit:
-        responses.update(ledge_angle_of_repose_deg=fit["angle"], ledge_angle_error_deg=fit["error"], ledge_curvature=fit["curvature"])
+        responses.update(
+            ledge_angle_of_repose_deg=fit["angle"], ledge_angle_error_deg=fit["error"], ledge_curvature=fit["curvature"]
+        )
     curves = dict(profile_x=position, profile_height=profile, filled=filled.astype("f4"), final=final.astype("f4"))
     return "ok", {name: float(value) for name, value in responses.items()}, curves
 

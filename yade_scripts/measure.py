@@ -6,6 +6,7 @@ All angles are in degrees, everything else in SI units.
 The free surface is *scanned*, as a laser would: `height_map` gives, on a fine raster, the height of the
 highest grain surface under each pixel. Every angle is a straight line fitted to a profile of that map.
 """
+
 import numpy as np
 
 PIXELS_PER_DIAMETER = 6
@@ -30,7 +31,7 @@ def height_map(centres, radius, half_x, half_y, period_y=None):
         shift = np.array([0.0, period_y, 0.0])
         radii = np.concatenate([radii, radii[low], radii[high]])
         centres = np.concatenate([centres, centres[low] + shift, centres[high] - shift])
-    for (cx, cy, cz), r in zip(centres, radii):
+    for (cx, cy, cz), r in zip(centres, radii, strict=True):
         i0, i1 = np.searchsorted(x, [cx - r, cx + r])
         j0, j1 = np.searchsorted(y, [cy - r, cy + r])
         under = r * r - (x[i0:i1, None] - cx) ** 2 - (y[None, j0:j1] - cy) ** 2
@@ -95,6 +96,17 @@ def fit_slope(position, height):
         intercept=float(intercept),
         slope=float(slope),
     )
+
+
+def asymmetry(x, y, height, width, part, cut=lambda position, profile: (position, profile)):
+    """Half the difference of the slope angles [deg] on the +x and on the -x side of an axisymmetric heap or crater.
+
+    part (nx, ny) marks the pixels that belong to the slope; cut takes and returns (position, profile) before the fit.
+    None where one side has too few rings.
+    """
+    sides = [part & (x > 0)[:, None], part & (x < 0)[:, None]]
+    fits = [fit_slope(*cut(*radial_profile(x, y, height, width, side))) for side in sides]
+    return 0.5 * (fits[0]["angle"] - fits[1]["angle"]) if all(fits) else None
 
 
 def between_heights(position, height, low, high):

@@ -1,4 +1,5 @@
 """The falling cloud of grains that a filling starts from. Pure numpy."""
+
 import numpy as np
 
 

@@ -1,4 +1,5 @@
 """What every set-up script does around its simulation: read the request, build the scene, write the record."""
+
 import hashlib
 import os
 import platform
@@ -7,9 +8,19 @@ import time
 import traceback
 
 from yade import (
-    Bo1_Facet_Aabb, Bo1_Sphere_Aabb, Bo1_Wall_Aabb, ForceResetter, Ig2_Facet_Sphere_ScGeom, Ig2_Sphere_Sphere_ScGeom,
-    Ig2_Wall_Sphere_ScGeom, InsertionSortCollider, InteractionLoop, Law2_ScGeom_MindlinPhys_Mindlin,
-    NewtonIntegrator, O, utils,
+    Bo1_Facet_Aabb,
+    Bo1_Sphere_Aabb,
+    Bo1_Wall_Aabb,
+    ForceResetter,
+    Ig2_Facet_Sphere_ScGeom,
+    Ig2_Sphere_Sphere_ScGeom,
+    Ig2_Wall_Sphere_ScGeom,
+    InsertionSortCollider,
+    InteractionLoop,
+    Law2_ScGeom_MindlinPhys_Mindlin,
+    NewtonIntegrator,
+    O,
+    utils,
 )
 from yade import config
 
@@ -73,13 +84,11 @@ def engines(p):
     """YADE's loop: damping 0, Hertz-Mindlin with moments, and a collider margin in the flat part of its optimum."""
     return [
         ForceResetter(),
-        InsertionSortCollider(
-            [Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()], verletDist=0.2 * p["particle_radius"]
-        ),
+        InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()], verletDist=0.2 * p["particle_radius"]),
         InteractionLoop(
             [Ig2_Sphere_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom(hertzian=True), Ig2_Wall_Sphere_ScGeom(hertzian=True)],
             material.contact_functors(p),
-            [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True)],
+            [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True)],
         ),
         NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY)),
     ]
@@ -108,7 +117,7 @@ def add_grains(p, centres, grain, rng):
     """
     ids = O.bodies.append([utils.sphere(tuple(c), p["particle_radius"], material=grain) for c in centres])
     random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
-    for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3))):
+    for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3)), strict=True):
         O.bodies[i].state.vel = (velocity[0], velocity[1], velocity[2] - p["pouring_velocity"])
     return ids
 
@@ -130,15 +139,23 @@ def fill(p, ids, diagnostics):
 
     clock = time.process_time()
     stop.run_until(settled, p["sampling_interval"] * 5, p["longest_time"], "filling")
-    diagnostics.update(particles=len(ids), time_step=O.dt, rayleigh_fraction=O.dt / material.rayleigh_time(p),
-                       filling_time=O.time - begin, filling_cpu=time.process_time() - clock)
+    diagnostics.update(
+        particles=len(ids),
+        time_step=O.dt,
+        rayleigh_fraction=O.dt / material.rayleigh_time(p),
+        filling_time=O.time - begin,
+        filling_cpu=time.process_time() - clock,
+    )
 
 
 def finish(p, ids, diagnostics, released, clock, reason):
     """Diagnostics of the final state."""
     mass = material.grain_mass(p)
     diagnostics.update(
-        particles_left=len(ids), steps=O.iter, release_time=O.time - released, stop_reason=reason,
+        particles_left=len(ids),
+        steps=O.iter,
+        release_time=O.time - released,
+        stop_reason=reason,
         kinetic_energy=stop.mean_kinetic_energy(ids, mass),
         rotational_energy=stop.mean_rotational_energy(ids, mass, p["particle_radius"]),
         release_cpu=time.process_time() - clock,

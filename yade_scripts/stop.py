@@ -1,4 +1,5 @@
 """Running until a condition holds, and the energies that decide it."""
+
 import math
 
 from yade import O, PyRunner

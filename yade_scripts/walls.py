@@ -1,4 +1,5 @@
 """Vessels built from facets. A polygon replaces each circle, sized so that its area is the circle's."""
+
 import math
 
 from yade import utils

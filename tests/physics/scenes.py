@@ -6,6 +6,7 @@ One start of YADE costs two seconds, so all experiments share one process. Their
 modules (materials, contact functors, engines, time step); the formulas they must obey are in test_contact_law.py.
 Everything is in SI units.
 """
+
 import json
 import math
 import os
@@ -129,8 +130,13 @@ def sliding_impact(kind, normal_speed=0.02, tangential_speed=0.2):
     run(5e-3, look)
     v, spin = body.state.vel, body.state.angVel[1]
     return dict(
-        radius=r, sliding_friction=p["sliding_friction"], normal_change=v[2] + normal_speed, spin=spin,
-        tangential_change=tangential_speed - v[0], final_slip=v[0] - spin * r, largest_moment=max(moments),
+        radius=r,
+        sliding_friction=p["sliding_friction"],
+        normal_change=v[2] + normal_speed,
+        spin=spin,
+        tangential_change=tangential_speed - v[0],
+        final_slip=v[0] - spin * r,
+        largest_moment=max(moments),
     )
 
 
@@ -139,9 +145,7 @@ def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_frictio
 
     Rolling friction alone changes the spin, and the spin is fast enough to keep the moment at its cap.
     """
-    p, grain, wall = scene(
-        gravity=False, restitution=restitution, rolling_friction=rolling_friction, sliding_friction=0.0
-    )
+    p, grain, wall = scene(gravity=False, restitution=restitution, rolling_friction=rolling_friction, sliding_friction=0.0)
     r = p["particle_radius"]
     if partner == "grain":
         add_grain(p, -1.0005 * r, grain, velocity=(0, 0, speed), spin=(0, -spin, 0))
@@ -150,8 +154,11 @@ def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_frictio
     body = add_grain(p, 1.0005 * r, grain, velocity=(0, 0, -speed), spin=(0, spin, 0))
     run(5e-3)
     return dict(
-        radius=r, effective_radius=effective_radius(p, partner), rolling_friction=rolling_friction,
-        normal_change=body.state.vel[2] + speed, spin_loss=spin - body.state.angVel[1],
+        radius=r,
+        effective_radius=effective_radius(p, partner),
+        rolling_friction=rolling_friction,
+        normal_change=body.state.vel[2] + speed,
+        spin_loss=spin - body.state.angVel[1],
     )
 
 
@@ -177,7 +184,9 @@ def rolling(kind, rolling_friction, duration=0.1):
     late = t > 0.1 * duration
     return dict(
         rolling_friction=7 / 5 * -np.polyfit(t[late], v[late], 1)[0] / material.GRAVITY,
-        largest_slip=np.abs(v - rim)[late].max() / speed, fewest_contacts=touching.min(), most_contacts=touching.max(),
+        largest_slip=np.abs(v - rim)[late].max() / speed,
+        fewest_contacts=touching.min(),
+        most_contacts=touching.max(),
     )
 
 
@@ -204,16 +213,21 @@ def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
     curve = []
 
     def look():
-        contact, = contacts(body)
+        (contact,) = contacts(body)
         curve.append((O.time, O.forces.t(body.id, True).norm(), contact.phys.momentBend.norm()))
 
     run(400 * O.dt, look)
     t, torque, moment = np.array(curve).T
     elastic = slice(2, 12)  # ends at a tenth of the way to the cap
     return dict(
-        parameters=p, effective_radius=r_eff, load=load, stiffness=material.rolling_stiffness(p, r_eff),
-        stiffness_factor=material.ROLLING_STIFFNESS_FACTOR, slope=np.polyfit(spin * t[elastic], torque[elastic], 1)[0],
-        limit=torque[-1], largest_moment=moment.max(),
+        parameters=p,
+        effective_radius=r_eff,
+        load=load,
+        stiffness=material.rolling_stiffness(p, r_eff),
+        stiffness_factor=material.ROLLING_STIFFNESS_FACTOR,
+        slope=np.polyfit(spin * t[elastic], torque[elastic], 1)[0],
+        limit=torque[-1],
+        largest_moment=moment.max(),
     )
 
 
@@ -227,10 +241,13 @@ def pressed(partner):
         add_floor(partner, wall)
     body = add_grain(p, r - overlap, grain, fixed=True)
     run(2 * O.dt)
-    contact, = contacts(body)
+    (contact,) = contacts(body)
     return dict(
-        parameters=p, effective_radius=effective_radius(p, partner), overlap=overlap,
-        normal_force=contact.phys.normalForce.norm(), shear_stiffness=contact.phys.ks,
+        parameters=p,
+        effective_radius=effective_radius(p, partner),
+        overlap=overlap,
+        normal_force=contact.phys.normalForce.norm(),
+        shear_stiffness=contact.phys.ks,
         friction=contact.phys.tangensOfFrictionAngle,
     )
 
@@ -253,8 +270,14 @@ def settled_layer(count=200, diameter=0.03):
     p, grain, wall = scene(cylinder_diameter=diameter, filling_kinetic_energy=1e-15)
     r, cylinder, mass, rng = p["particle_radius"], diameter / 2, material.grain_mass(p), np.random.default_rng(p["seed"])
     centres = packing.cloud(
-        count, r, p["cloud_fraction"], lambda x, y, margin: np.hypot(x, y) < cylinder - margin, cylinder, cylinder,
-        p["pouring_height"], rng,
+        count,
+        r,
+        p["cloud_fraction"],
+        lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
+        cylinder,
+        cylinder,
+        p["pouring_height"],
+        rng,
     )
     add_floor("wall", wall)
     O.bodies.append(walls.cylinder(cylinder, 0.05 * r, centres[:, 2].max() + 10 * r, wall))

@@ -4,6 +4,7 @@ scenes.py makes the measurements inside YADE, once for this module. Formulas: He
 stiffness), Coulomb (sliding), and the elastic-plastic rolling resistance whose moment is capped at mu_r R_eff |F_n|.
 R_eff = R1 R2/(R1 + R2) between grains and the grain radius r at a floor. Everything is in SI units.
 """
+
 import json
 import math
 import os
@@ -28,8 +29,14 @@ def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("contact_law")
     record = folder / "record.json"
     done = subprocess.run(
-        ["yade", "-n", "-x", "-j1", str(SCENES)], cwd=folder, env={**os.environ, "CONTACT_LAW_RECORD": str(record)},
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600,
+        ["yade", "-n", "-x", "-j1", str(SCENES)],
+        cwd=folder,
+        env={**os.environ, "CONTACT_LAW_RECORD": str(record)},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=600,
     )
     if not record.exists():
         pytest.fail(f"{SCENES.name} left no record; YADE said:\n{done.stdout[-4000:]}", pytrace=False)
@@ -140,8 +147,10 @@ def test_no_rolling_friction_means_no_rolling_moment(measured, partner):
         assert measured("sliding_impact", partner)["largest_moment"] == 0.0
 
 
-@pytest.mark.parametrize("contact", [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2),
-                                     *((partner, 0.2, 1.0, "epsd") for partner in PARTNERS)])
+@pytest.mark.parametrize(
+    "contact",
+    [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2), *((partner, 0.2, 1.0, "epsd") for partner in PARTNERS)],
+)
 def test_rolling_moment_rises_with_the_angle_by_the_rolling_stiffness(measured, contact):
     """Slope of moment over angle below the cap [N m/rad]."""
     m = measured("bent_contact", *contact)
