@@ -61,13 +61,14 @@ class Search:
 
 @dataclass(frozen=True)
 class Replicates:
-    """How many fresh seeds, and the first of them, for verification or validation."""
+    """Fresh seeds for verification or validation: how many for the compromise and for each spread individual, and the first."""
 
     replicates: int = 5
     seed: int = 500_000
+    spread_replicates: int = 2
 
     def __post_init__(self) -> None:
-        _at_least("verify/validate", self, replicates=1, seed=0)
+        _at_least("verify/validate", self, replicates=1, seed=0, spread_replicates=0)
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ class Case:
     interpolation: Interpolation = field(default_factory=Interpolation)
     search: Search = field(default_factory=Search)
     verify: Replicates = field(default_factory=Replicates)
-    validate: Replicates = field(default_factory=lambda: Replicates(3, 600_000))
+    validate: Replicates = field(default_factory=lambda: Replicates(3, 600_000, 0))
     run: Running = field(default_factory=Running)
     truth: dict[str, float] = field(default_factory=dict)
     about: str = ""

@@ -131,7 +131,7 @@ def _checked_runs(
     points, values = np.asarray(points, float), np.asarray(values, float)
     if points.ndim != 2 or values.shape != (len(points), len(names)) or not len(points):
         raise CalibratorError(
-            f"points {points.shape} and values {values.shape} do not fit {len(names)} responses: give (n, d) and (n, m) with n > 0"
+            f"points {points.shape} and values {values.shape} do not fit {len(names)} responses: give (n, d) and (n, m), n > 0"
         )
     if not np.isfinite(points).all() or np.isinf(values).any():
         raise CalibratorError("a training point is not finite or a response is infinite: leave failed runs out")
@@ -252,7 +252,7 @@ class Multilinear:
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the grid."""
-        return np.asarray(self._interpolator(_inside(points, self._low, self._high, self.parameters)))
+        return self._interpolator(_inside(points, self._low, self._high, self.parameters))
 
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean responses and their standard deviation, both (k, m): seed noise of the surrounding grid points only."""
@@ -274,7 +274,7 @@ class Multilinear:
         shape = (*(len(axis) for axis in self.axes), -1)
         predictions = _without_own_lines(self.values.reshape(shape), self.axes, 1).reshape(self.values.shape)
         variance = self._variance + _without_own_lines(self._variance.reshape(shape), self.axes, 2).reshape(self.values.shape)
-        corner = np.logical_and.reduce([(p == axis[0]) | (p == axis[-1]) for p, axis in zip(self.points.T, self.axes, strict=True)])
+        corner = ((self.points == self._low) | (self.points == self._high)).all(axis=1)
         predictions[corner], variance[corner] = np.nan, np.nan
         return predictions, np.sqrt(variance)
 
@@ -282,7 +282,7 @@ class Multilinear:
 def _require_full_grid(runs: _Runs, axes: Sequence[np.ndarray]) -> None:
     for name, axis in zip(runs.parameters, axes, strict=True):
         if len(axis) < 2:
-            raise CalibratorError(f"{name} has the single value {axis[0]:g} in all runs: fix it, or sample it at two or more values")
+            raise CalibratorError(f"{name} has the single value {axis[0]:g} in all runs: fix it, or sample two values or more")
     missing = math.prod(len(axis) for axis in axes) - len(runs.points)
     if missing:
         present = set(map(tuple, runs.points))
@@ -306,7 +306,7 @@ def _spelled(parameters: Sequence[str], points: Iterator[Any] | list[Any]) -> st
 
 def _surrounding(points: np.ndarray, axes: Sequence[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """For each of the 2^d corners of the cells around points (k, d): flat grid index (k,) and multilinear weight (k,)."""
-    cells = [np.clip(np.searchsorted(axis, x, side="right") - 1, 0, len(axis) - 2) for axis, x in zip(axes, points.T, strict=True)]
+    cells = [np.searchsorted(axis[1:-1], x, side="right") for axis, x in zip(axes, points.T, strict=True)]
     parts = [(x - axis[c]) / (axis[c + 1] - axis[c]) for axis, x, c in zip(axes, points.T, cells, strict=True)]
     shape = [len(axis) for axis in axes]
     for corner in itertools.product((0, 1), repeat=len(axes)):
@@ -437,7 +437,7 @@ class _Process:
     noise: float
 
     def mean(self, unit: np.ndarray) -> np.ndarray:
-        return np.asarray(self.centre + self.scale * self.regressor.predict(unit))
+        return self.centre + self.scale * self.regressor.predict(unit)
 
     def mean_and_std(self, unit: np.ndarray) -> np.ndarray:
         with warnings.catch_warnings():

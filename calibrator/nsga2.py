@@ -90,16 +90,17 @@ def encode(problem: Problem, points: np.ndarray) -> np.ndarray:
     """Chromosomes (n, L) of booleans that decode to the nearest representable parameter sets; points (n, d) in the box."""
     steps = 2.0 ** np.array([p.bits for p in problem.parameters]) - 1
     integers = np.rint((np.asarray(points, float) - problem.low) / (problem.high - problem.low) * steps).astype(np.int64)
-    return np.column_stack(
-        [integers[:, [i]] >> np.arange(p.bits)[::-1] & 1 for i, p in enumerate(problem.parameters)]
-    ).astype(bool)
+    codes = [integers[:, [i]] >> np.arange(p.bits)[::-1] & 1 for i, p in enumerate(problem.parameters)]
+    return np.concatenate(codes, axis=1).astype(bool)
 
 
 def _digits(bits: int) -> np.ndarray:
     return 2.0 ** np.arange(bits)[::-1]
 
 
-def search(problem: Problem, evaluate: Evaluate, settings: Settings, names: Sequence[str] = ("error", "time_cost")) -> SearchResult:
+def search(
+    problem: Problem, evaluate: Evaluate, settings: Settings, names: Sequence[str] = ("error", "time_cost")
+) -> SearchResult:
     """Evolve a random population towards the Pareto front of the objectives called names.
 
     Parents win binary tournaments on rank, then crowding; each pair exchanges the ends of its chromosomes at one point with

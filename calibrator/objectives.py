@@ -129,7 +129,7 @@ def time_cost(problem: Problem, columns: Columns, responses: Responses) -> np.nd
     return cost
 
 
-@objective("rayleigh_cost", symbol="O_R", about="largest Rayleigh time in the box over the Rayleigh time: 1 at the cheapest corner")
+@objective("rayleigh_cost", symbol="O_R", about="largest Rayleigh time in the box over Rayleigh time: 1 at the cheapest corner")
 def rayleigh_cost(problem: Problem, columns: Columns, responses: Responses) -> np.ndarray:
     """Largest Rayleigh time of the box over the Rayleigh time, shape (n,): the number of time steps relative to the fewest.
 

@@ -1,0 +1,184 @@
+"""The command line: one verb per step, in workflow order, and `all` for the whole way."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from calibrator import __version__
+from calibrator.case import read_case
+from calibrator.errors import CalibratorError
+from calibrator.runner import Progress
+
+Outcome = dict[str, Any]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Entry point. Returns the exit status: 0, 1 where a verification fails, 2 for bad input, 130 when interrupted."""
+    options = _parser().parse_args(arguments)
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        return _do(options)
+    except CalibratorError as error:
+        print(f"calibrator: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        return 0
+    except OSError as error:
+        print(f"calibrator: {error}: free space or mend the permissions, then run the same command again", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("\ncalibrator: interrupted; finished runs are kept, the same command goes on from them", file=sys.stderr)
+        return 130
+
+
+def _interrupt(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="calibrator", description="Calibrate the particle parameters of a DEM model with YADE.")
+    parser.add_argument("--version", action="version", version=__version__)
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    for verb, (about, _, _) in {**VERBS, "all": ("every verb in this order", None, None)}.items():
+        own = verbs.add_parser(verb, help=about, description=about)
+        own.add_argument("case", metavar="CASE", help="case file (TOML)")
+        own.add_argument("--results", type=Path, default=Path("results"), help="where results go (default: ./results)")
+        own.add_argument("--fresh", action="store_true", help="ignore the shipped database: run everything here")
+    return parser
+
+
+def _do(options: argparse.Namespace) -> int:
+    from calibrator.workflow import Workspace  # heavy imports only after the arguments are known to be good
+
+    case = read_case(options.case)
+    space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh)
+    verbs = list(VERBS) if options.verb == "all" else [options.verb]
+    good = True
+    for verb in verbs:
+        _, load, describe = VERBS[verb]
+        outcome = load()(space)
+        print(f"{verb}: {describe(outcome)}")
+        good = good and outcome.get("passed", True)
+    if options.verb != "all" and verbs[0] != "report":
+        print(f"next: calibrator {list(VERBS)[list(VERBS).index(verbs[0]) + 1]} {options.case}")
+    return 0 if good else 1
+
+
+def _workflow(name: str, with_progress: bool = False) -> Callable[[], Callable[[Any], Outcome]]:
+    def load() -> Callable[[Any], Outcome]:
+        from calibrator import workflow
+
+        verb = getattr(workflow, name)
+        return (lambda space: verb(space, ProgressBar(sys.stderr))) if with_progress else verb
+
+    return load
+
+
+def _report() -> Callable[[Any], Outcome]:
+    from calibrator.report import write_report
+
+    return write_report
+
+
+class ProgressBar:
+    """Runs done and failed, and time left: a line that rewrites itself on a terminal, a line a minute elsewhere."""
+
+    def __init__(self, stream: Any) -> None:
+        self.stream, self.last = stream, float("-inf")
+
+    def __call__(self, progress: Progress) -> None:
+        """Show one moment of a batch."""
+        live, over = self.stream.isatty(), progress.done == progress.total
+        if not over and time.monotonic() - self.last < (0.5 if live else 60):
+            return
+        self.last = time.monotonic()
+        filled = round(24 * progress.done / max(progress.total, 1))
+        line = (
+            f"[{'#' * filled}{'.' * (24 - filled)}] {progress.done}/{progress.total} runs, {progress.failed} failed, "
+            f"{_minutes(progress.elapsed)} gone, {_minutes(progress.left)} left"
+        )
+        self.stream.write(f"\r{line}   " + ("\n" if over else "") if live else line + "\n")
+        self.stream.flush()
+
+
+def _minutes(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+
+
+def _say_check(o: Outcome) -> str:
+    return "\n".join([f"good; {o['runs']} runs, targets {', '.join(o['targets'])}", *(f"  warning: {w}" for w in o["warnings"])])
+
+
+def _say_plan(o: Outcome) -> str:
+    lines = [f"{o['runs']} runs, {o['finished']} finished; predicted {o['core_hours']:.2f} core-hours, {o['core_hours_left']:.2f} left"]
+    for name, s in o["setups"].items():
+        lines.append(
+            f"  {name}: {s['runs']} runs of {s['particles'][0]}-{s['particles'][1]} grains, "
+            f"{s['steps'][0]:,}-{s['steps'][1]:,} steps, {s['core_seconds_per_run'][0]:.0f}-{s['core_seconds_per_run'][1]:.0f} core-seconds"
+        )
+    return "\n".join(lines)
+
+
+def _say_runs(o: Outcome) -> str:
+    text = f"{o['runs']} runs: " + ", ".join(f"{n} {kind}" for kind, n in o["statuses"].items())
+    if o.get("from_shipped_database"):
+        text += f"; {o['from_shipped_database']} of them come with the project (same content), use --fresh to run them anew"
+    if o.get("missing"):
+        text += f"; {o['missing']} of the plan are still missing"
+    return "\n".join([text, *(f"  {run_id} {why}" for run_id, why in o["failed"].items())])
+
+
+def _say_calibrate(o: Outcome) -> str:
+    best = o["candidates"]["compromise"]
+    lines = [f"front of {o['front_size']}; compromise: {_values(best['parameters'])} ({o['compromise_reason']})"]
+    lines += [f"  {sentence}" for sentence in o["reachability"]["sentences"]]
+    for p in o["identifiability"]["parameters"]:
+        truth = "" if p["truth"] is None else f"; the truth is {p['truth']:.4g}, the compromise {best['parameters'][p['name']]:.4g}"
+        lines.append(f"  {p['sentence']}{truth}")
+    return "\n".join(lines)
+
+
+def _values(values: dict[str, float]) -> str:
+    return ", ".join(f"{k} = {v:.4g}" for k, v in values.items())
+
+
+def _say_verify(o: Outcome) -> str:
+    return "\n".join(f"{label}: {_say_verdict(v)}" for label, v in o["candidates"].items())
+
+
+def _say_verdict(o: Outcome) -> str:
+    lines = [f"{'passed' if o['passed'] else 'NOT passed'}, O1 = {o['o1']:.4f}"]
+    for r in o["responses"]:
+        promise = "" if r["predicted"] is None else f", predicted {r['predicted']:.5g}"
+        lines.append(
+            f"  {r['key']}: target {r['target']:.5g}{promise}, simulated {r['simulated']:.5g} +- {r['standard_error']:.2g} "
+            f"({r['relative_error']:+.1%}, band {r['band'] / abs(r['target']):.1%}): {'met' if r['passed'] else 'MISSED'}"
+        )
+    return "\n".join([*lines, *(f"  {run_id} {why}" for run_id, why in o["failed"].items())])
+
+
+def _say_report(o: Outcome) -> str:
+    return f"{o['page']}"
+
+
+VERBS: dict[str, tuple[str, Any, Any]] = {
+    "check": ("find everything wrong with a case before a run is made", _workflow("check_case"), _say_check),
+    "plan": ("write the yade-batch tables and predict the cost", _workflow("plan"), _say_plan),
+    "run": ("carry out the plan on YADE; resumes", _workflow("run_plan", True), _say_runs),
+    "collect": ("gather finished runs into the response database", _workflow("collect"), _say_runs),
+    "calibrate": ("interpolate, search the Pareto front, choose candidates", _workflow("calibrate"), _say_calibrate),
+    "verify": ("run YADE afresh at the candidates", _workflow("verify", True), _say_verify),
+    "validate": ("predict measurements that were not used, on other set-ups", _workflow("validate", True), _say_verdict),
+    "report": ("write one self-contained page with figures and tables", _report, _say_report),
+}
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,390 @@
+"""The verbs in workflow order. Each takes a Workspace, does one step, and leaves a machine-readable summary."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calibrator.case import Case
+from calibrator.cost import core_seconds, particles, steps
+from calibrator.database import Database, response_table
+from calibrator.errors import CalibratorError
+from calibrator.identifiability import identify
+from calibrator.interpolation import GaussianProcess, Interpolant, Multilinear
+from calibrator.nsga2 import SearchResult, Settings, generational_distance, search
+from calibrator.objectives import evaluation, rayleigh_time, time_step_warning
+from calibrator.plan import design_points, make_request, plan_requests, replicate_requests, substitutes
+from calibrator.problem import Problem
+from calibrator.quantities import SCHEMA, SETUPS
+from calibrator.records import Record
+from calibrator.runner import Progress, RunFolder, gather, run, yade_batch_command
+from calibrator.selection import Reachability, compromise, spread, unreachable
+from calibrator.table import Request, write_table
+from calibrator.verification import Check, check, error_o1
+
+Report = Callable[[Progress], None]
+
+
+def silent(progress: Progress) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A case and the folder of its results. `fresh` ignores the shipped database, so that every run is done anew."""
+
+    case: Case
+    path: Path
+    fresh: bool = False
+
+    @property
+    def runs(self) -> RunFolder:
+        """The folder of the runs."""
+        return RunFolder(self.path)
+
+    def shipped(self) -> Database:
+        """The database that may serve as a start; empty where none is named, or where fresh runs were asked for."""
+        path = self.case.shipped
+        return Database() if path is None or self.fresh else Database.read(path)
+
+    def finished(self, requests: Sequence[Request]) -> list[Record]:
+        """Finished runs of these requests: done here, or of the same content in the shipped database."""
+        here = {r.run_id: r for r in gather(self.runs, requests)}
+        there = self.shipped().records
+        return [here.get(r.run_id) or there[r.run_id] for r in requests if r.run_id in here or r.run_id in there]
+
+    def summary(self) -> dict[str, Any]:
+        """What the verbs have written so far, by verb."""
+        try:
+            return json.loads((self.path / "summary.json").read_text())
+        except FileNotFoundError:
+            return {"case": self.case.name, "schema": SCHEMA}
+        except ValueError as error:
+            raise CalibratorError(f"{self.path}/summary.json is damaged ({error}): delete it and run the verbs again") from None
+
+    def note(self, verb: str, outcome: dict[str, Any]) -> dict[str, Any]:
+        """Write the outcome of a verb into summary.json, atomically; returns it."""
+        summary = {**self.summary(), verb: outcome}
+        self.path.mkdir(parents=True, exist_ok=True)
+        temporary = self.path / f"summary.{os.getpid()}.tmp"
+        temporary.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n")
+        os.replace(temporary, self.path / "summary.json")
+        return outcome
+
+    def outcome(self, verb: str) -> dict[str, Any]:
+        """The outcome of an earlier verb. Raises CalibratorError naming the command to run first."""
+        summary = self.summary()
+        if verb not in summary:
+            raise CalibratorError(f"{verb} has not been done yet: run `calibrator {verb} {self.case.path}` first")
+        return summary[verb]
+
+
+def check_case(space: Workspace) -> dict[str, Any]:
+    """Everything that can be wrong before a run is made: time steps, narrow necks, a missing YADE."""
+    case, warnings = space.case, []
+    requests = plan_requests(case)
+    for setup in SETUPS:
+        probe = next((r for r in requests if r.setup == setup), None)
+        if probe is not None:
+            warnings += _geometry_warnings(probe)
+    columns = case.problem.columns(design_points(case))
+    fraction, fixed_step = float(np.max(columns["rayleigh_fraction"])), float(np.max(columns["time_step"]))
+    step = fixed_step or fraction * float(np.min(rayleigh_time(columns)))
+    warnings += [w for w in [time_step_warning(step * (1 - 1e-9), columns)] if w]
+    yade_batch_command()
+    return space.note("check", {"runs": len(requests), "targets": [t.key for t in case.problem.targets], "warnings": warnings})
+
+
+def _geometry_warnings(request: Request) -> list[str]:
+    p = request.parameters
+    if request.setup != "hourglass":
+        return []
+    ratio = float(p["neck_diameter"]) / (2 * float(p["particle_radius"]))
+    return [f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it or expect clogged runs"] * (ratio < 6)
+
+
+def plan(space: Workspace) -> dict[str, Any]:
+    """Write the native yade-batch tables of the whole plan, and forecast particles, steps and core-hours."""
+    requests = plan_requests(space.case)
+    done = space.finished(requests)
+    missing = _without(requests, done)
+    per_setup = {}
+    for setup in space.case.problem.calibration_setups:
+        own = [r for r in requests if r.setup == setup]
+        (space.path / "plan").mkdir(parents=True, exist_ok=True)
+        write_table(space.path / "plan" / f"{setup}.table", own)
+        seconds = core_seconds(own, done)
+        per_setup[setup] = {
+            "runs": len(own),
+            "particles": [min(map(particles, own)), max(map(particles, own))],
+            "steps": [min(map(steps, own)), max(map(steps, own))],
+            "core_seconds_per_run": [float(seconds.min()), float(seconds.max())],
+            "core_hours": float(seconds.sum() / 3600),
+        }
+    return space.note(
+        "plan",
+        {
+            "runs": len(requests),
+            "finished": len(done),
+            "core_hours": sum(s["core_hours"] for s in per_setup.values()),
+            "core_hours_left": float(core_seconds(missing, done).sum() / 3600) if missing else 0.0,
+            "setups": per_setup,
+        },
+    )
+
+
+def _without(requests: Sequence[Request], records: Sequence[Record]) -> list[Request]:
+    finished = {r.run_id for r in records}
+    return [r for r in requests if r.run_id not in finished]
+
+
+def run_plan(space: Workspace, report: Report = silent) -> dict[str, Any]:
+    """Carry out the plan, with one substitute for each clogged run. Resumes; never repeats a finished run."""
+    requests = plan_requests(space.case)
+    shipped = len(space.shipped().find(requests))
+    _within_budget(space, requests)
+    records = _carry_out(space, requests, report)
+    records = records + _carry_out(space, substitutes(records), report)
+    return space.note("run", {"runs": len(records), "from_shipped_database": shipped, **_counts(records)})
+
+
+def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
+    done = space.finished(requests)
+    missing = _without(requests, done)
+    hours = float(core_seconds(missing, done).sum() / 3600) if missing else 0.0
+    if hours > space.case.run.budget_core_hours:
+        raise CalibratorError(
+            f"{len(missing)} runs would take {hours:.1f} core-hours, more than run.budget_core_hours = "
+            f"{space.case.run.budget_core_hours:g}: raise that budget or make the plan smaller"
+        )
+
+
+def _carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> list[Record]:
+    """Run what neither this folder nor the shipped database has; returns all finished records of the requests."""
+    there = space.shipped().records
+    missing = [r for r in requests if r.run_id not in there]
+    if missing:
+        run(space.runs, missing, space.case.run.jobs, space.case.run.attempts, report)
+    return space.finished(requests)
+
+
+def _counts(records: Sequence[Record]) -> dict[str, Any]:
+    kinds = sorted({r.status for r in records})
+    counts = {kind: sum(r.status == kind for r in records) for kind in kinds}
+    failed = {r.run_id: f"{r.status}: {r.error}" for r in records if r.status not in ("ok", "clogged")}
+    return {"statuses": counts, "failed": failed}
+
+
+def _database_records(space: Workspace) -> list[Record]:
+    records = space.finished(plan_requests(space.case))
+    return records + space.finished(substitutes(records))
+
+
+def collect(space: Workspace) -> dict[str, Any]:
+    """Gather the finished runs of the plan into database.csv, and their timings into timings.csv."""
+    records = _database_records(space)
+    if not records:
+        raise CalibratorError(f"no finished run in {space.path}: run `calibrator run {space.case.path}` first")
+    Database(records).write(space.path / "database.csv", f"case {space.case.name}; calibrator run {space.case.path.name}")
+    _write_timings(space.path / "timings.csv", records)
+    missing = len(_without(plan_requests(space.case), records))
+    return space.note("collect", {"runs": len(records), "missing": missing, **_counts(records)})
+
+
+def _write_timings(path: Path, records: Sequence[Record]) -> None:
+    """Timings live apart from the database: they differ from one execution to the next, the database does not."""
+    columns = ("filling_cpu", "release_cpu")
+    lines = [",".join(["run_id", "setup", *columns, "wall_time", "host"])]
+    for r in sorted((r for r in records if r.diagnostics.get("filling_cpu")), key=lambda r: r.run_id):
+        times = [f"{r.diagnostics.get(c, 0.0):.2f}" for c in columns] + [f"{r.provenance.get('wall_time', 0.0):.2f}"]
+        lines.append(",".join([r.run_id, r.request.setup, *times, str(r.provenance.get("host", ""))]))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def fit(problem: Problem, records: Sequence[Record], method: str) -> Interpolant:
+    """Interpolate the raw responses that the targets need."""
+    keys = [t.key for t in problem.targets]
+    points, values = response_table(problem, records, keys)
+    if len(points) == 0:
+        raise CalibratorError("the database has no good run: look at the failures that `calibrator collect` lists")
+    if method == "multilinear":
+        return Multilinear.fit(points, values, keys, parameters=problem.names)
+    return GaussianProcess.fit(points, values, keys, np.array([problem.low, problem.high]), parameters=problem.names)
+
+
+def search_fronts(case: Case, interpolant: Interpolant) -> list[SearchResult]:
+    """The search and its repeats with other seeds."""
+    evaluate = evaluation(case.problem, interpolant, case.search.objectives)
+    s = case.search
+    return [
+        search(
+            case.problem,
+            evaluate,
+            Settings(s.population, s.generations, s.crossover, s.mutation, s.seed + i, (0, 1, 2, 3, 20, s.generations)),
+            s.objectives,
+        )
+        for i in range(s.repeats)
+    ]
+
+
+def calibrate(space: Workspace) -> dict[str, Any]:
+    """Interpolate, search the Pareto front, choose the spread individuals and the compromise, say what the data pins down."""
+    case, problem = space.case, space.case.problem
+    records = _database_records(space)
+    interpolant = fit(problem, records, case.interpolation.method)
+    fronts = search_fronts(case, interpolant)
+    front = fronts[0]
+    mean, error = interpolant.predict_with_error(front.points)
+    keys = interpolant.responses
+    noise = dict(zip(keys, map(float, interpolant.noise), strict=True))
+    by_key = [dict(zip(keys, columns.T, strict=True)) for columns in (mean, error)]
+    chosen, reason = compromise(problem, front.objectives, by_key[0], by_key[1], noise)
+    labels = {f"individual {chr(ord('A') + i)}": int(index) for i, index in enumerate(spread(front.objectives))}
+    labels["compromise"] = int(chosen)
+    loo, _ = interpolant.leave_one_out()
+    _write_front(space.path / "front.csv", case, front, mean)
+    return space.note(
+        "calibrate",
+        {
+            "candidates": {k: _candidate(problem, front, mean, error, i) for k, i in labels.items()},
+            "compromise_reason": reason,
+            "front_size": len(front.points),
+            "generational_distance": [[float(g) for g in generational_distance(f.fronts, f.fronts[-1])] for f in fronts],
+            "seed_noise": noise,
+            "leave_one_out_rms": _rms(loo - interpolant.values, interpolant.responses),
+            "reachability": _reached(unreachable(problem, interpolant)),
+            "identifiability": _identified(problem, interpolant, case.truth),
+            **_counts(records),
+        },
+    )
+
+
+def _candidate(problem: Problem, front: SearchResult, mean: np.ndarray, error: np.ndarray, index: int) -> dict[str, Any]:
+    keys = [t.key for t in problem.targets]
+    return {
+        "parameters": dict(zip(problem.names, map(float, front.points[index]), strict=True)),
+        "objectives": dict(zip(front.names, map(float, front.objectives[index]), strict=True)),
+        "predicted": {k: {"mean": float(m), "error": float(e)} for k, m, e in zip(keys, mean[index], error[index], strict=True)},
+    }
+
+
+def _rms(residual: np.ndarray, keys: Sequence[str]) -> dict[str, float]:
+    return {k: float(np.sqrt(np.nanmean(residual[:, i] ** 2))) for i, k in enumerate(keys)}
+
+
+def _reached(reach: Reachability) -> dict[str, Any]:
+    return {
+        "all": reach.joint.reachable and all(t.reachable for t in reach.targets),
+        "sentences": [t.sentence for t in reach.targets] + [reach.joint.sentence],
+        "missed": [t.key for t in reach.targets if not t.reachable],
+    }
+
+
+def _identified(problem: Problem, interpolant: Interpolant, truth: dict[str, float]) -> dict[str, Any]:
+    """Profile intervals per parameter, with the known truth where the lab is synthetic."""
+    found = identify(problem, interpolant)
+    profiles = [
+        {
+            "name": p.name,
+            "best": p.best,
+            "interval_68": list(p.interval_68),
+            "interval_95": list(p.interval_95),
+            "pinned": p.pinned,
+            "sentence": p.sentence,
+            "truth": truth.get(p.name),
+            "positions": p.positions.tolist(),
+            "chi2": p.chi2.tolist(),
+        }
+        for p in found.parameters
+    ]
+    return {"chi2": found.chi2, "parameters": profiles, "correlation": found.correlation.tolist(), "assumed": list(found.assumed)}
+
+
+def _write_front(path: Path, case: Case, front: SearchResult, mean: np.ndarray) -> None:
+    header = [*case.problem.names, *front.names, *(t.key for t in case.problem.targets)]
+    table = np.column_stack([front.points, front.objectives, mean])
+    path.write_text("\n".join([",".join(header), *(",".join(map(repr, map(float, row))) for row in table)]) + "\n")
+
+
+def candidate_points(space: Workspace) -> dict[str, np.ndarray]:
+    """{label: parameter set (d,)} of the calibration's candidates, the compromise first."""
+    found = space.outcome("calibrate")["candidates"]
+    ordered = ["compromise", *(k for k in found if k != "compromise")]
+    return {k: np.array([found[k]["parameters"][n] for n in space.case.problem.names]) for k in ordered}
+
+
+def verification_requests(space: Workspace) -> dict[str, list[Request]]:
+    """Fresh seeds on the calibration's own set-ups, per candidate: many for the compromise, a few for the others."""
+    case, requests = space.case, {}
+    for index, (label, point) in enumerate(candidate_points(space).items()):
+        count = case.verify.replicates if label == "compromise" else case.verify.spread_replicates
+        fresh = dataclasses.replace(case.verify, replicates=max(count, 1))
+        if count:
+            requests[label] = [
+                r for s in case.problem.calibration_setups for r in replicate_requests(case, s, point, fresh, index)
+            ]
+    return requests
+
+
+def verify(space: Workspace, report: Report = silent) -> dict[str, Any]:
+    """Run YADE afresh at the candidates, on the set-ups used, and compare with promise and target. Never uses shipped runs."""
+    space = dataclasses.replace(space, fresh=True)
+    calibration, requests = space.outcome("calibrate"), verification_requests(space)
+    records = _carry_out(space, [r for own in requests.values() for r in own], report)
+    by_id = {r.run_id: r for r in records}
+    outcome = {}
+    for label, own in requests.items():
+        predicted = {k: (v["mean"], v["error"]) for k, v in calibration["candidates"][label]["predicted"].items()}
+        done = [by_id[r.run_id] for r in own if r.run_id in by_id]
+        outcome[label] = _verdict(space, check(space.case.problem.targets, done, predicted, calibration["seed_noise"]), done)
+    return space.note("verify", {"passed": outcome["compromise"]["passed"], "candidates": outcome})
+
+
+def validation_requests(space: Workspace) -> list[Request]:
+    """Fresh seeds of the compromise on every set-up that only held-out targets know."""
+    case = space.case
+    setups = [s for s in SETUPS if any(t.setup == s for t in case.problem.held_out)]
+    return [r for s in setups for r in replicate_requests(case, s, candidate_points(space)["compromise"], case.validate)]
+
+
+def validate(space: Workspace, report: Report = silent) -> dict[str, Any]:
+    """Predict the held-out measurements with fresh runs of the compromise. Never uses shipped runs."""
+    space = dataclasses.replace(space, fresh=True)
+    records = _carry_out(space, validation_requests(space), report)
+    return space.note("validate", _verdict(space, check(space.case.problem.held_out, records), records))
+
+
+def _verdict(space: Workspace, checks: Sequence[Check], records: Sequence[Record]) -> dict[str, Any]:
+    rows = [
+        {
+            "key": c.target.key,
+            "target": c.target.value,
+            "target_error": c.target.standard_error,
+            "predicted": c.predicted,
+            "predicted_error": c.predicted_error,
+            "simulated": c.simulated,
+            "scatter": c.scatter,
+            "standard_error": c.standard_error,
+            "runs": c.runs,
+            "relative_error": c.relative_error,
+            "band": c.band,
+            "passed": c.passed,
+            "promise_kept": c.promise_kept,
+        }
+        for c in checks
+    ]
+    return {"responses": rows, "passed": bool(rows) and all(c.passed for c in checks), "o1": error_o1(checks), **_counts(records)}
+
+
+def probe_request(space: Workspace, setup: str, label: str = "compromise") -> Request:
+    """The first fresh run of a candidate on a set-up: the one whose grains the report draws."""
+    point = candidate_points(space)[label]
+    seed = space.case.verify.seed if setup in space.case.problem.calibration_setups else space.case.validate.seed
+    return make_request(space.case, setup, point, seed)
