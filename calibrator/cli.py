@@ -118,7 +118,9 @@ def _say_check(o: Outcome) -> str:
 
 
 def _say_plan(o: Outcome) -> str:
-    lines = [f"{o['runs']} runs, {o['finished']} finished; predicted {o['core_hours']:.2f} core-hours, {o['core_hours_left']:.2f} left"]
+    lines = [
+        f"{o['runs']} runs, {o['finished']} finished; predicted {o['core_hours']:.2f} core-hours, {o['core_hours_left']:.2f} left"
+    ]
     for name, s in o["setups"].items():
         lines.append(
             f"  {name}: {s['runs']} runs of {s['particles'][0]}-{s['particles'][1]} grains, "
@@ -141,7 +143,9 @@ def _say_calibrate(o: Outcome) -> str:
     lines = [f"front of {o['front_size']}; compromise: {_values(best['parameters'])} ({o['compromise_reason']})"]
     lines += [f"  {sentence}" for sentence in o["reachability"]["sentences"]]
     for p in o["identifiability"]["parameters"]:
-        truth = "" if p["truth"] is None else f"; the truth is {p['truth']:.4g}, the compromise {best['parameters'][p['name']]:.4g}"
+        truth = (
+            "" if p["truth"] is None else f"; the truth is {p['truth']:.4g}, the compromise {best['parameters'][p['name']]:.4g}"
+        )
         lines.append(f"  {p['sentence']}{truth}")
     return "\n".join(lines)
 

@@ -20,6 +20,7 @@ from scipy.stats import qmc
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern, WhiteKernel
+from threadpoolctl import ThreadpoolController
 
 from calibrator.errors import CalibratorError
 
@@ -28,6 +29,9 @@ CHUNK = 4096  # rows predicted at once: keeps the covariance block in the proces
 TREND_VARIANCE = 10.0  # of the standardised response per half range: broad, so the linear trend is all but free
 LENGTH_SCALES = (0.5, 20.0)  # in half ranges: 15-60 points cannot resolve less than a quarter of a range
 JITTER = 1e-8  # of the standardised variance: keeps the covariance invertible where the noise is measured as zero
+
+# Matrices of some tens of rows are slower on several threads, 20 times so on a machine whose cores are busy with runs
+_ONE_THREAD = ThreadpoolController().wrap(limits=1, user_api="blas")
 
 
 class Interpolant(Protocol):
@@ -357,6 +361,7 @@ class GaussianProcess:
     _processes: tuple[_Process, ...]
 
     @classmethod
+    @_ONE_THREAD
     def fit(
         cls,
         points: np.ndarray,
@@ -402,11 +407,13 @@ class GaussianProcess:
     def _unit(self, points: np.ndarray) -> np.ndarray:
         return _unit(_inside(points, self.bounds[0], self.bounds[1], self.parameters), self.bounds)
 
+    @_ONE_THREAD
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the bounds."""
         unit = self._unit(points)
         return np.column_stack([_chunked(process.mean, unit) for process in self._processes])
 
+    @_ONE_THREAD
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean responses and the standard deviation of that mean (seed noise of a new run not included), both (k, m)."""
         unit = self._unit(points)

@@ -251,8 +251,13 @@ def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
     if status is None:
         return "lost", "no record and no exit status: the run was killed with its driver, or never started"
     code = int(status.group(1)) >> 8
-    if code in (124, 137):
-        return ("timeout", "the wall-clock limit passed") if code == 124 else ("lost", "killed from outside (signal 9)")
+    without_sentence = {
+        0: ("lost", "it ended without writing a record"),
+        124: ("timeout", "the wall-clock limit passed"),
+        137: ("lost", "killed from outside (signal 9)"),
+    }
+    if code in without_sentence:
+        return without_sentence[code]
     lines = [line for line in text.split("=" * 19)[0].splitlines() if line.strip()]
     return "crash", f"exit code {code}: {lines[-1][:200] if lines else 'no output'}"
 

@@ -90,7 +90,7 @@ def compromise(
         met = np.flatnonzero((excess <= band).all(axis=1))
         if len(met):
             index = met[np.lexsort((total[met], cost[met]))[0]]
-            return int(index), f"cheapest of the {len(met)} among {len(miss)} front members that meet every target {words}"
+            return int(index), f"cheapest of the {len(met)} (of {len(miss)}) front members that meet every target {words}"
     index = int(np.lexsort((cost, total))[0])
     missed = [
         f"{t.key} by {miss[index, i] / abs(t.value):.1%} (band {band[i] / abs(t.value):.1%})"

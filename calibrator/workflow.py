@@ -107,7 +107,9 @@ def _geometry_warnings(request: Request) -> list[str]:
     if request.setup != "hourglass":
         return []
     ratio = float(p["neck_diameter"]) / (2 * float(p["particle_radius"]))
-    return [f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it or expect clogged runs"] * (ratio < 6)
+    return [f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it or expect clogged runs"] * (
+        ratio < 6
+    )
 
 
 def plan(space: Workspace) -> dict[str, Any]:

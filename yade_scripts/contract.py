@@ -56,10 +56,10 @@ def write_record(folder, run_id, record, curves):
 
     Raises ValueError if the record holds a NaN or an infinity.
     """
-    import numpy as np
-
     os.makedirs(folder, exist_ok=True)
     if curves:
+        import numpy as np
+
         _replace(os.path.join(folder, run_id + ".npz"), lambda stream: np.savez_compressed(stream, **curves))
     text = json.dumps(record, indent=1, sort_keys=True, allow_nan=False) + "\n"
     _replace(os.path.join(folder, run_id + ".json"), lambda stream: stream.write(text.encode()))

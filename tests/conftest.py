@@ -1,0 +1,80 @@
+"""Fixtures: a fake YADE on the PATH, and small cases."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+FAKE = Path(__file__).with_name("fake_yade.py")
+
+CASE = """
+name = "toy"
+measured = "lab.csv"
+[parameters.rolling_friction]
+low = 0.05
+high = 0.45
+samples = 4
+[parameters.sliding_friction]
+low = 0.2
+high = 0.7
+samples = 4
+[parameters.young_modulus]
+low = 0.5e6
+high = 4e6
+samples = 2
+[plan]
+design = "sobol"
+sets = 14
+replicates = 2
+[search]
+population = 60
+generations = 15
+[verify]
+replicates = 4
+spread_replicates = 1
+[run]
+jobs = 1
+"""
+
+LAB = """# made by hand: the fake YADE's formula at mu_r 0.25, mu_s 0.5, E 3 MPa
+setup,response,value,scatter,replicates,unit,role
+hourglass,bulk_density,1605.6,5,8,kg/m3,calibrate
+hourglass,drained_equivalent_angle_deg,46.8,0.2,8,deg,calibrate
+hourglass,mass_flow_rate,0.026,0.0001,8,kg/s,calibrate
+ledge,ledge_equivalent_angle_deg,37.44,0.2,8,deg,held_out
+conical_pile,pile_equivalent_angle_deg,23.4,0.2,8,deg,held_out
+"""
+
+
+@pytest.fixture
+def fake_yade(tmp_path, monkeypatch):
+    """Put a fake yade and yade-batch first on the PATH."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for name in ("yade", "yade-batch"):
+        program = folder / name
+        program.write_text(
+            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(FAKE.parent)!r})\nimport fake_yade\n"
+            f"fake_yade.{'run_batch' if name == 'yade-batch' else 'run_line'}()\n"
+        )
+        program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    return folder
+
+
+@pytest.fixture
+def write_case(tmp_path):
+    """Write the toy case with replacements [(old, new), ...] and return its path."""
+
+    def write(*changes, lab=LAB):
+        text = CASE
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "lab.csv").write_text(lab)
+        path = tmp_path / "toy.toml"
+        path.write_text(text)
+        return path
+
+    return write

@@ -1,0 +1,96 @@
+"""A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write half a file.
+
+Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a run does instead
+is written in misbehave.json of the working folder: {"<seed>": "crash" | "hang" | "lie" | "half" | "clog" | "nothing"}.
+"""
+
+import ast
+import json
+import math
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+SCRIPTS = Path(__file__).resolve().parent.parent / "yade_scripts"
+sys.path.insert(0, str(SCRIPTS))
+import contract  # noqa: E402
+
+NOISE = 0.004  # relative scatter of one run
+
+
+def responses_of(setup: str, p: dict) -> dict[str, float]:
+    """Smooth made-up responses: monotonic in both frictions, with a soft-grain effect on the density."""
+    rolling, sliding, soft = p["rolling_friction"], p["sliding_friction"], math.log10(p["young_modulus"] / 1e6)
+    density = 1700 - 120 * sliding - 90 * rolling - 25 * soft
+    angle = 20 + 45 * math.tanh(2 * rolling) + 12 * sliding
+    if setup == "hourglass":
+        return {"bulk_density": density, "drained_equivalent_angle_deg": angle, "mass_flow_rate": 0.03 - 0.008 * sliding}
+    if setup == "ledge":
+        return {"bulk_density": density, "ledge_equivalent_angle_deg": 0.8 * angle}
+    return {"bulk_density": density, "pile_equivalent_angle_deg": 0.5 * angle}
+
+
+def run_line() -> None:
+    """What `yade -n -x script.py` does with the table line in YADE_BATCH."""
+    table, line = os.environ["YADE_BATCH"].rsplit(":", 1)
+    lines = Path(table).read_text().splitlines()
+    cells = dict(zip(lines[0].split(), lines[int(line) - 1].split(), strict=True))
+    run_id = cells.pop("description")
+    given = {name: ast.literal_eval(cell) for name, cell in cells.items()}
+    setup = Path(sys.argv[-1]).stem
+    with open("calls.txt", "a") as stream:
+        stream.write(run_id + "\n")
+    behave(setup, run_id, contract.checked(setup, given))
+
+
+def behave(setup: str, run_id: str, p: dict) -> None:
+    """Write the record, or misbehave."""
+    plan = json.loads(Path("misbehave.json").read_text()) if Path("misbehave.json").exists() else {}
+    what = plan.get(str(p["seed"]), "good")
+    time.sleep(float(plan.get("duration", 0)))
+    if what == "crash":
+        sys.exit("fake crash")
+    if what == "hang":
+        time.sleep(3600)
+    if what == "nothing":
+        return
+    scatter = random.Random(run_id)
+    responses = {n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()}
+    record = dict(
+        schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id, parameters=p, status="ok", responses=responses,
+        error=None, diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
+        provenance=dict(yade="fake", scripts="fake", host="fake", started=time.time(), wall_time=2.0),
+    )  # fmt: skip
+    if what == "lie":
+        record["parameters"] = {**p, "rolling_friction": p["rolling_friction"] + 1e-9}
+    if what == "clog":
+        record.update(status="clogged", responses={"bulk_density": responses["bulk_density"]})
+    if what == "half":
+        os.makedirs("records", exist_ok=True)
+        Path("records", run_id + ".json").write_text(json.dumps(record)[:100])
+        return
+    contract.write_record("records", run_id, record, {})
+
+
+def run_batch() -> None:
+    """What yade-batch does: every line of the table through --executable, one after the other, log and summary."""
+    options = dict(zip(sys.argv[1:-2:2], sys.argv[2:-2:2], strict=False))
+    switch = sys.argv.index("--disable-pynotify")
+    options.update(dict(zip(sys.argv[switch + 1 : -2 : 2], sys.argv[switch + 2 : -2 : 2], strict=True)))
+    table, script = sys.argv[-2:]
+    for number, line in enumerate(Path(table).read_text().splitlines()[1:], 2):
+        log = options["--log"].replace("@", line.split()[0])
+        with open(log, "w") as stream:
+            code = subprocess.run(
+                [options["--executable"], "--threads=1", "--nice=0", "-x", script],
+                env={**os.environ, "YADE_BATCH": f"{table}:{number}"}, stdout=stream, stderr=stream,
+            ).returncode  # fmt: skip
+        with open(log, "a") as stream:
+            stream.write(f"\n=================== JOB SUMMARY ================\nstatus  : {code << 8} (x)\n")
+
+
+if __name__ == "__main__":
+    run_batch() if Path(sys.argv[0]).name == "yade-batch" else run_line()

@@ -1,0 +1,52 @@
+"""Requests and tables."""
+
+import ast
+
+import pytest
+
+from calibrator.errors import CalibratorError
+from calibrator.quantities import PARAMETERS, parameters_of
+from calibrator.table import Request, cell, write_table
+
+
+def test_a_request_is_complete_and_its_id_depends_on_every_parameter():
+    request = Request.of("ledge", seed=3)
+    assert set(request.parameters) == set(parameters_of("ledge"))
+    ids = {request.run_id}
+    for name, value in request.parameters.items():
+        other = "epsd" if name == "rolling_spring" else 7 if name == "seed" else value * 1.01 or 1e-5
+        ids.add(Request.of("ledge", **{"seed": 3, name: other}).run_id)
+    assert len(ids) == 1 + len(request.parameters)
+
+
+def test_an_integer_and_the_equal_float_are_the_same_run():
+    assert Request.of("ledge", young_modulus=5000000).run_id == Request.of("ledge", young_modulus=5e6).run_id
+
+
+def test_a_table_gives_every_value_back_exactly(tmp_path):
+    requests = [Request.of("hourglass", sliding_friction=0.1 + 0.2, young_modulus=1e7 / 3, seed=s) for s in (1, 2)]
+    write_table(tmp_path / "t.table", requests)
+    text = (tmp_path / "t.table").read_text()
+    header, *lines = text.splitlines()
+    assert text.endswith("\n") and header.split()[0] == "description"
+    for line, request in zip(lines, requests, strict=True):
+        cells = dict(zip(header.split(), line.split(), strict=True))
+        assert cells.pop("description") == request.run_id
+        assert {n: ast.literal_eval(c) for n, c in cells.items()} == request.parameters
+
+
+@pytest.mark.parametrize("evil", ["__import__('os').system('true')", "1e5)", "inf", "nan", "'epsd'; 1", None, True, [1], 1j])
+def test_no_cell_carries_anything_but_a_number_or_a_known_word(evil):
+    for name in PARAMETERS:
+        with pytest.raises(CalibratorError):
+            cell(name, evil)
+
+
+def test_a_misspelt_parameter_is_refused_with_the_nearest_name():
+    with pytest.raises(CalibratorError, match="did you mean rolling_friction"):
+        Request.of("hourglass", roling_friction=0.1)
+
+
+def test_a_parameter_of_another_set_up_is_refused():
+    with pytest.raises(CalibratorError, match="unknown parameter of ledge"):
+        Request.of("ledge", neck_diameter=0.01)
