@@ -61,7 +61,7 @@ class ParameterProfile:
     @property
     def sentence(self) -> str:
         """The finding in plain words."""
-        interval = f"{self.interval_95[0]:.3g} to {self.interval_95[1]:.3g} (95 %), {self.share:.0%} of its range"
+        interval = f"{self.interval_95[0]:.4g} to {self.interval_95[1]:.4g} (95 %), {self.share:.0%} of its range"
         return f"{self.name} is {'pinned' if self.pinned else 'not pinned down by these targets'}: {interval}"
 
 

@@ -38,19 +38,16 @@ def spread(objectives: np.ndarray, count: int = 4) -> np.ndarray:
         raise CalibratorError(f"count = {count}: ask for 2 members or more")
     first = int(np.lexsort((objectives[:, 1], objectives[:, 0]))[0])
     last = int(np.lexsort((objectives[:, 0], objectives[:, 1]))[0])
+    if first == last:
+        return np.array([first])
     chosen = [first, last]
-    left = set(np.unique(objectives[:, :2], axis=0, return_index=True)[1]) - _same(objectives, first) - _same(objectives, last)
+    left = set(np.unique(objectives[:, :2], axis=0, return_index=True)[1]) - {first, last}
     for wanted in np.linspace(objectives[first, 1], objectives[last, 1], count)[1:-1]:
         if left:
             nearest = min(sorted(left), key=lambda i: abs(objectives[i, 1] - wanted))
             chosen.append(nearest)
             left.remove(nearest)
-    chosen = chosen[:1] if last in _same(objectives, first) else chosen
     return np.array(sorted(chosen, key=lambda i: (-objectives[i, 1], objectives[i, 0])))
-
-
-def _same(objectives: np.ndarray, index: int) -> set[int]:
-    return set(np.flatnonzero((objectives[:, :2] == objectives[index, :2]).all(axis=1)))
 
 
 def bands(problem: Problem, noise: Mapping[str, float]) -> np.ndarray:
