@@ -124,7 +124,8 @@ def _say_plan(o: Outcome) -> str:
     for name, s in o["setups"].items():
         lines.append(
             f"  {name}: {s['runs']} runs of {s['particles'][0]}-{s['particles'][1]} grains, "
-            f"{s['steps'][0]:,}-{s['steps'][1]:,} steps, {s['core_seconds_per_run'][0]:.0f}-{s['core_seconds_per_run'][1]:.0f} core-seconds"
+            f"{s['steps'][0]:,}-{s['steps'][1]:,} steps, "
+            f"{s['core_seconds_per_run'][0]:.0f}-{s['core_seconds_per_run'][1]:.0f} core-seconds"
         )
     return "\n".join(lines)
 

@@ -17,12 +17,13 @@ from calibrator.interpolation import Interpolant, box_sample
 from calibrator.objectives import target_columns, target_errors
 from calibrator.problem import Problem
 
-CHI2_68, CHI2_95, CHI2_997 = 1.0, 3.84, 9.0  # rises of chi2 that bound 68, 95 and 99.7 % of one parameter
+CHI2_68, CHI2_95 = 1.0, 3.84  # rises of chi2 that bound 68 and 95 % of one parameter
 PINNED_SHARE = 0.5  # of the range: a 95 % interval narrower than this pins the parameter
 STEP = 1e-4  # of the range: forward difference of the residuals
 STARTS = 20  # points of the sample from which the global minimum is sought
 NEARBY = 64  # sample points around a position of which the best is a start
 ROUNDS = 12  # of the descent; it converges quadratically near the minimum
+WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
 
 Residuals = Callable[[np.ndarray], np.ndarray]
 
@@ -73,17 +74,16 @@ class Identifiability:
     ----------
     best : (d,) parameter set of the smallest chi2; chi2 : its value, a sum over the targets: well above their number it
         says that the targets contradict the model, and the intervals then mean little.
-    correlation : (d, d) of the parameters over points weighted by exp(-chi2 / 2): near 1 or -1 along a ridge of sets that
-        fit equally well.
-    effective_samples : number of equally weighted points worth the sample behind the correlation.
+    accepted : (k, d) parameter sets of the box distributed as exp(-chi2 / 2).
+    correlation : (d, d) of the accepted sets: near 1 or -1 along a ridge of sets that fit equally well.
     assumed : targets without scatter, whose standard error was taken as half their tolerance.
     """
 
     parameters: tuple[ParameterProfile, ...]
     best: np.ndarray
     chi2: float
+    accepted: np.ndarray
     correlation: np.ndarray
-    effective_samples: float
     assumed: tuple[str, ...]
 
 
@@ -94,11 +94,12 @@ def identify(
 
     chi2 is the sum over the targets of (prediction - target)^2 / (standard error of the target^2 + standard error of the
     interpolant^2). A Sobol sample of the box supplies the starts; at each of the positions of a parameter the others
-    descend to the smallest chi2, first all over the range, then once more within the 95 % interval found.
+    descend to the smallest chi2, first all over the range, then once more within the 95 % interval found. Random walkers
+    that set out from the profiles then map the region that fits.
 
     Parameters
     ----------
-    samples : Sobol points, of the box and again of the accepted part of it; positions : of each profile over the range.
+    samples : Sobol points of the box; positions : of each profile over the range, and again over the 95 % interval.
 
     Raises
     ------
@@ -106,7 +107,8 @@ def identify(
     """
     residuals, assumed = _residuals(problem, interpolant)
     rng, dimensions = np.random.default_rng(seed), len(problem.names)
-    sample = _sampled(residuals, np.zeros(dimensions), np.ones(dimensions), samples, rng)
+    units = box_sample(np.zeros(dimensions), np.ones(dimensions), samples, rng)
+    sample = _Points(units, (residuals(units) ** 2).sum(axis=1))
     starts = sample.units[np.argsort(sample.chi2)[:STARTS]]
     sample = _joined(sample, _descended(residuals, starts, np.zeros(starts.shape, bool)))
     coarse = [_profile(residuals, sample, column, np.linspace(0, 1, positions)) for column in range(dimensions)]
@@ -116,9 +118,10 @@ def identify(
     best = _joined(sample, *fine).best
     curves = [_joined(*both, best) for both in zip(coarse, fine, strict=True)]
     profiles = tuple(_parameter_profile(problem, curve, best, column) for column, curve in enumerate(curves))
-    box = np.array([_interval(curve, column, CHI2_997) for column, curve in enumerate(curves)]).T
-    correlation, effective = _correlation(_sampled(residuals, box[0], box[1], samples, rng))
-    return Identifiability(profiles, _scaled(problem, best.units[0]), float(best.chi2[0]), correlation, effective, assumed)
+    walked = _walked(residuals, _near_best(_joined(*curves)), rng)
+    correlation = np.atleast_2d(np.corrcoef(walked.T))
+    accepted = _scaled(problem, walked)
+    return Identifiability(profiles, _scaled(problem, best.units[0]), float(best.chi2[0]), accepted, correlation, assumed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,9 +158,9 @@ def _residuals(problem: Problem, interpolant: Interpolant) -> tuple[Residuals, t
     return residuals, assumed
 
 
-def _sampled(residuals: Residuals, low: np.ndarray, high: np.ndarray, count: int, rng: np.random.Generator) -> _Points:
-    units = box_sample(low, high, count, rng)
-    return _Points(units, (residuals(units) ** 2).sum(axis=1))
+def _near_best(points: _Points) -> _Points:
+    near = points.chi2 <= points.chi2.min() + CHI2_95
+    return _Points(points.units[near], points.chi2[near])
 
 
 def _profile(residuals: Residuals, sample: _Points, column: int, grid: np.ndarray) -> _Points:
@@ -215,10 +218,10 @@ def _jacobian(residuals: Residuals, units: np.ndarray, found: np.ndarray) -> np.
 
 
 def _zoomed(curve: _Points, best: _Points, column: int, positions: int) -> np.ndarray:
-    """Positions that resolve the 95 % interval found so far, one coarse spacing beyond it on either side."""
+    """Positions that resolve the 95 % interval found so far, half its width beyond it on either side."""
     low, high = _interval(_joined(curve, best), column, CHI2_95)
-    spacing = 1 / (positions - 1)
-    return np.linspace(max(0.0, low - spacing), min(1.0, high + spacing), positions)
+    margin = (high - low) / 2
+    return np.linspace(max(0.0, low - margin), min(1.0, high + margin), positions)
 
 
 def _interval(curve: _Points, column: int, level: float) -> tuple[float, float]:
@@ -263,8 +266,24 @@ def _parameter_profile(problem: Problem, curve: _Points, best: _Points, column: 
     )
 
 
-def _correlation(sample: _Points) -> tuple[np.ndarray, float]:
-    weights = np.exp(-(sample.chi2 - sample.chi2.min()) / 2)
-    covariance = np.atleast_2d(np.cov(sample.units.T, aweights=weights))
-    scale = np.sqrt(np.diag(covariance))
-    return covariance / np.outer(scale, scale), float(weights.sum() ** 2 / (weights**2).sum())
+def _walked(residuals: Residuals, start: _Points, rng: np.random.Generator) -> np.ndarray:
+    """Points (k, d) of the unit box distributed as exp(-chi2 / 2), by differential evolution Markov chains.
+
+    Each half of the walkers proposes steps along differences within the other half, so that the steps take the shape of
+    the ridge (ter Braak, Stat. Comput. 16 (2006) 239-249). start holds points of the region to be walked.
+    """
+    walkers = start.units[rng.integers(len(start.units), size=(2, WALKERS // 2))]
+    chi2 = np.stack([(residuals(half) ** 2).sum(axis=1) for half in walkers])
+    stride, jitter = 2.38 / math.sqrt(2 * walkers.shape[2]), 0.01 * start.units.std(axis=0)
+    kept = []
+    for step in range(STEPS):
+        for half in (0, 1):
+            first, second = walkers[1 - half][rng.integers(WALKERS // 2, size=(2, WALKERS // 2))]
+            trial = walkers[half] + stride * (first - second) + jitter * rng.normal(size=first.shape)
+            tried = (residuals(np.clip(trial, 0, 1)) ** 2).sum(axis=1)
+            inside = ((trial >= 0) & (trial <= 1)).all(axis=1)
+            moves = inside & (tried < chi2[half] + 2 * rng.exponential(size=len(tried)))  # Metropolis
+            walkers[half][moves], chi2[half][moves] = trial[moves], tried[moves]
+        if step >= STEPS // 2 and step % 5 == 0:
+            kept.append(walkers.reshape(WALKERS, -1).copy())
+    return np.concatenate(kept)

@@ -314,7 +314,7 @@ def _draw_parity(ax: Axes, measured: np.ndarray, predicted: np.ndarray, std: np.
 
 def _rms(measured: np.ndarray, predicted: np.ndarray) -> str:
     rms = float(np.sqrt(np.mean((measured - predicted) ** 2)))
-    return f"rms error {rms:.2g} ({100 * rms / float(np.mean(np.abs(measured))):.1f} % of the mean)"
+    return f"rms error {rms:.2g} ({100 * rms / float(np.mean(np.abs(measured))):.1f} %)"
 
 
 # The search

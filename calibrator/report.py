@@ -7,6 +7,7 @@ import csv
 import functools
 import html
 import importlib.metadata
+import math
 import platform
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -95,9 +96,9 @@ class Findings:
 
     @property
     def candidates(self) -> dict[str, dict[str, Any]]:
-        """Individuals in order along the front, the compromise last."""
+        """The compromise, then the individuals in order along the front."""
         found = self.calibration["candidates"]
-        return {**{k: v for k, v in found.items() if k != "compromise"}, "compromise": found["compromise"]}
+        return {"compromise": found["compromise"], **{k: v for k, v in found.items() if k != "compromise"}}
 
     @property
     def compromise(self) -> np.ndarray:
@@ -159,10 +160,19 @@ def _number(value: float | None, digits: int = 4) -> str:
     return f"{mantissa.replace('-', '−')}×10{str(int(exponent)).translate(SUPERSCRIPT)}"
 
 
-def _percent(share: float | None, signed: bool = True) -> str:
+def _percent(share: float | None, signed: bool = True, digits: int = 2) -> str:
     if share is None:
         return "–"
-    return f"{100 * share:{'+' if signed else ''}.2f} %".replace("-", "−")
+    rounded = round(100 * share, digits) + 0.0  # the sum turns -0.0 into 0.0
+    return f"{rounded:{'+' if signed and rounded else ''}.{digits}f} %".replace("-", "−")
+
+
+def _with_error(value: float, error: float) -> str:
+    """1577.0 ± 2.9: the error with two digits, the value with as many decimals."""
+    if error <= 0:
+        return _number(value)
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
 
 
 def _unit(quantity: Quantity) -> str:
@@ -868,7 +878,8 @@ code { background: var(--wash); padding: 0.1em 0.3em; overflow-wrap: anywhere; }
 pre { background: var(--wash); padding: 1rem; overflow-x: auto; line-height: 1.4; }
 @media (max-width: 40rem) { main { padding: 1rem 0.9rem 3rem; } h1 { font-size: 1.5rem; } .answer { font-size: 1rem; } }
 @media print {
-  body { font-size: 10pt; } main { max-width: none; padding: 0; } .wide { overflow: visible; } figure img { min-width: 0 !important; }
+  body { font-size: 10pt; } main { max-width: none; padding: 0; }
+  .wide { overflow: visible; } figure img { min-width: 0 !important; }
   h2 { break-after: avoid; } pre { white-space: pre-wrap; }
 }
 """

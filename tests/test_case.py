@@ -1,16 +1,19 @@
 """Bad input gets one line that says what to do."""
 
 import pytest
+from conftest import LAB
 
 from calibrator.case import read_case
 from calibrator.errors import CalibratorError
-from conftest import LAB
 
 
 def test_the_toy_case_is_read(write_case):
     case = read_case(write_case())
     assert case.problem.names == ["rolling_friction", "sliding_friction", "young_modulus"]
-    assert [t.key for t in case.problem.held_out] == ["ledge.ledge_equivalent_angle_deg", "conical_pile.pile_equivalent_angle_deg"]
+    assert [t.key for t in case.problem.held_out] == [
+        "ledge.ledge_equivalent_angle_deg",
+        "conical_pile.pile_equivalent_angle_deg",
+    ]
     assert case.problem.targets[0].standard_error == pytest.approx(5 / 8**0.5)
 
 
@@ -34,7 +37,7 @@ def test_the_toy_case_is_read(write_case):
         ("[run]", "[fixed]\nrolling_friction = 0.1\n[run]", "both calibrated and fixed"),
         ("[run]", "[fixed]\nseed = 1\n[run]", "seed cannot be fixed"),
         ("[run]", "[setups.ledge]\nneck_diameter = 0.01\n[run]", "unknown parameter of ledge"),
-        ("[run]", "[targets.\"hourglass.bulk_densty\"]\nweight = 1.0\n[run]", "did you mean hourglass.bulk_density"),
+        ("[run]", '[targets."hourglass.bulk_densty"]\nweight = 1.0\n[run]', "did you mean hourglass.bulk_density"),
     ],
 )
 def test_a_mistake_in_the_case_is_named_with_its_remedy(write_case, old, new, why):

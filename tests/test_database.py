@@ -22,7 +22,7 @@ def some_records(count=12):
         responses = {"bulk_density": rng.uniform(1400, 1600)} if status != "timeout" else {}
         if status == "ok" and setup == "hourglass":
             responses["discharge_time"] = rng.random()
-        records.append(Record(request, status, responses, "it, \"stalled\"" if status == "timeout" else "", {"particles": 7}))
+        records.append(Record(request, status, responses, 'it, "stalled"' if status == "timeout" else "", {"particles": 7}))
     return records
 
 
@@ -32,7 +32,12 @@ def test_a_database_survives_the_way_to_disk_and_back(tmp_path):
     back = Database.read(tmp_path / "d.csv")
     for run_id, record in database.records.items():
         twin = back.records[run_id]
-        assert (twin.request, twin.status, twin.responses, twin.error) == (record.request, record.status, record.responses, record.error)
+        assert (twin.request, twin.status, twin.responses, twin.error) == (
+            record.request,
+            record.status,
+            record.responses,
+            record.error,
+        )
 
 
 def test_the_order_in_which_runs_finish_does_not_change_a_byte(tmp_path):

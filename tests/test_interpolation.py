@@ -131,6 +131,13 @@ def test_dropped_lines_show_the_curvature_of_each_axis():
     assert np.isnan(error[corner]).all() and corner.sum() == 4
 
 
+def test_dropped_lines_of_an_uneven_grid_are_bridged_in_proportion():
+    points = np.array([[0.0], [1.0], [4.0], [5.0]])
+    model = Multilinear.fit(points, np.hstack([2 * points, points**2]), ["straight", "curved"], noise=np.zeros(2))
+    predictions = model.leave_one_out()[0]
+    np.testing.assert_allclose(predictions[1:3], [[2, 4], [8, 19]])  # chords 0-4 and 1-5 of the square at 1 and 4
+
+
 def test_dropped_line_scatter_contains_own_and_neighbours_noise():
     model = Multilinear.fit(np.array([[0.0], [1.0], [2.0]]), np.zeros((3, 1)), ["a"], noise=np.array([2.0]))
     np.testing.assert_allclose(model.leave_one_out()[1][1], 2 * np.sqrt(1 + 0.25 + 0.25))

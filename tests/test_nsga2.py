@@ -92,6 +92,18 @@ def test_fronts_of_all_generations_are_first_fronts_and_the_best_is_never_lost(f
     assert (np.diff(best) <= 0).all()
 
 
+def test_front_of_a_random_population_leaves_its_dominated_members_out():
+    result = search(SPACE, zdt1, Settings(population=60, generations=0, snapshots=(0,)))
+    assert len(result.points) < 60
+    assert rows(result.objectives) == rows(result.snapshots[0][1][~dominated(result.snapshots[0][1])])
+
+
+def test_every_generation_evaluates_a_population_of_offspring():
+    sizes = []
+    search(SPACE, lambda x: (sizes.append(len(x)), zdt1(x))[1], Settings(population=60, generations=7))
+    assert sizes == [60] * 8
+
+
 def test_generational_distance_falls_to_zero(found):
     distance = generational_distance(found.fronts, found.fronts[-1])
     assert distance.shape == (81,) and distance[-1] == 0

@@ -16,7 +16,9 @@ pytestmark = pytest.mark.yade
 SMALL = {
     "hourglass": dict(fill_mass=2e-3, cylinder_diameter=16e-3, neck_diameter=10e-3, young_modulus=1e6, seed=3),
     "ledge": dict(box_length=16e-3, box_width=8e-3, fill_height=10e-3, young_modulus=1e6, seed=3),
-    "conical_pile": dict(cylinder_diameter=12e-3, fill_height=10e-3, lift_speed=0.08, lift_height=10e-3, young_modulus=1e6, seed=3),
+    "conical_pile": dict(
+        cylinder_diameter=12e-3, fill_height=10e-3, lift_speed=0.08, lift_height=10e-3, young_modulus=1e6, seed=3
+    ),
 }
 MAY_BE_MISSING = {  # a slope of a few grains cannot be fitted on each side
     "drained_angle_of_repose_deg", "drained_angle_error_deg", "drained_curvature", "drained_asymmetry_deg",
@@ -65,8 +67,11 @@ def test_a_table_line_by_hand_gives_the_same_record_bit_for_bit(driven, tmp_path
     write_table(tmp_path / "runs.table", [record.request])
     subprocess.run(
         ["yade", "-n", "-x", str(SCRIPTS / f"{setup}.py")],
-        cwd=tmp_path, env={"PATH": "/usr/bin:/bin", "YADE_BATCH": "runs.table:2", "HOME": str(tmp_path)}, capture_output=True, timeout=300,
-    )  # fmt: skip
+        cwd=tmp_path,
+        env={"PATH": "/usr/bin:/bin", "YADE_BATCH": "runs.table:2", "HOME": str(tmp_path)},
+        capture_output=True,
+        timeout=300,
+    )
     twin = json.loads((tmp_path / "records" / f"{record.run_id}.json").read_text())
     assert twin["responses"] == record.responses
     assert twin["diagnostics"]["steps"] == record.diagnostics["steps"]
