@@ -112,6 +112,13 @@ class Findings:
         stored = [self.candidates["compromise"]["predicted"][key]["mean"] for key in self.interpolant.responses]
         return not np.allclose(self.interpolant.predict(self.compromise[None])[0], stored, rtol=STALE, atol=0)
 
+    def outcome(self, verb: str) -> dict[str, Any] | None:
+        """Outcome of verify (of the compromise) or validate; None where its runs are not those of the present compromise."""
+        found = self.summary.get(verb)
+        runs = self.validated if verb == "validate" else self.verified.get("compromise", [])
+        counts = {} if found is None else found["candidates"]["compromise"] if verb == "verify" else found
+        return found if found and sum(counts["statuses"].values()) == len(runs) > 0 else None
+
     def command(self, verb: str) -> str:
         """The command that does a step, as HTML."""
         return f"<code>{_text(f'calibrator {verb} {self.space.case.path}')}</code>"
@@ -274,26 +281,28 @@ def _answer(findings: Findings, album: Album) -> str:
 
 def _question(findings: Findings) -> str:
     problem = findings.space.case.problem
-    held_out = (
-        f" {_listed([_key_words(t.key) for t in problem.held_out])} are held out to test the answer." if problem.held_out else ""
-    )
+    held_out = _listed([_key_words(t.key) for t in problem.held_out])
     return _text(
         f"Which {_listed([_words(n) for n in problem.names])} make YADE reproduce the measured "
-        f"{_listed([_key_words(t.key) for t in problem.targets])}, with the least computing time?{held_out}"
+        f"{_listed([_key_words(t.key) for t in problem.targets])}, with the least computing time?"
+        + (f" Held out to test the answer: {held_out}." if held_out else "")
     )
 
 
 def _targets_table(findings: Findings) -> str:
     problem = findings.space.case.problem
     rows = [_target_row(t, "calibrate") for t in problem.targets] + [_target_row(t, "held out") for t in problem.held_out]
-    head = ["response", "unit", "measured", "scatter of one", "measurements", "weight", "tolerance", "role"]
+    head = ["response", "measured", "scatter of one", "repeats", "weight", "tolerance", "role"]
     return _table("Measured responses", head, rows)
 
 
 def _target_row(target: Target, role: str) -> list[str]:
-    quantity = _response(target.key)
     numbers = [_number(target.value), _number(target.scatter or None), str(target.replicates), _number(target.weight)]
-    return [_text(_key_words(target.key)), _text(_unit(quantity)), *numbers, _percent(target.tolerance, False), role]
+    return [_heading(target), *numbers, _percent(target.tolerance, False, 1), role]
+
+
+def _heading(target: Target) -> str:
+    return _text(_key_words(target.key)) + _in_unit(_response(target.key))
 
 
 def _warnings(findings: Findings) -> list[str]:
@@ -301,15 +310,22 @@ def _warnings(findings: Findings) -> list[str]:
     reach = findings.calibration["reachability"]
     alarms = []
     if not reach["all"]:
-        missed = [s for s in reach["sentences"] if "cannot" in s] or reach["sentences"]
-        alarms.append("The targets are out of reach. " + " ".join(f"{s[:1].upper()}{s[1:]}." for s in missed))
+        missed = [s for s in reach["sentences"] if "cannot" in s]
+        alarms.append("The targets are out of reach. " + " ".join(_spoken(findings, s) for s in missed))
     if findings.stale:
         alarms.append("The database has changed since the calibration: run `calibrator calibrate` again before using this page.")
     return [_paragraph(_text(alarm), "alarm") for alarm in alarms]
 
 
+def _spoken(findings: Findings, sentence: str) -> str:
+    """A sentence of the summary with the targets in words."""
+    for target in findings.space.case.problem.targets:
+        sentence = sentence.replace(target.key, _key_words(target.key))
+    return f"{sentence[:1].upper()}{sentence[1:]}."
+
+
 def _sentences(findings: Findings) -> str:
-    return " ".join([_said_values(findings), _said_verified(findings), _said_pinned(findings), _said_truth(findings)])
+    return " ".join(said(findings) for said in (_said_values, _said_verified, _said_pinned, _said_outside, _said_truth))
 
 
 def _said_values(findings: Findings) -> str:
@@ -325,7 +341,7 @@ def _said_values(findings: Findings) -> str:
 
 
 def _said_verified(findings: Findings) -> str:
-    outcome = findings.summary.get("verify")
+    outcome = findings.outcome("verify")
     if outcome is None:
         return f"This is a promise of the interpolant, <b>not verified yet</b>: run {findings.command('verify')}."
     rows = outcome["candidates"]["compromise"]["responses"]
@@ -333,7 +349,7 @@ def _said_verified(findings: Findings) -> str:
     if not rows:
         return "The verification <b>failed</b>: no fresh run of the compromise was good."
     if outcome["passed"]:
-        return f"<b>Verified:</b> {rows[0]['runs']} fresh YADE runs meet {'every target' if len(rows) > 1 else 'the target'}."
+        return f"<b>Verified:</b> the mean of {rows[0]['runs']} fresh YADE runs meets every target."
     return f"<b>Not verified:</b> fresh YADE runs miss {_text(_listed(missed))}."
 
 
@@ -342,15 +358,23 @@ def _said_pinned(findings: Findings) -> str:
     loose = [_words(p["name"]) for p in profiles if not p["pinned"]]
     if not loose:
         return "The measurements pin down every parameter."
-    verb = "is" if len(loose) == 1 else "are"
-    return f"The measurements <b>do not pin down</b> {_text(_listed(loose))}: other values {verb} about as good."
+    return f"The measurements <b>do not pin down</b> {_text(_listed(loose))}: other values are about as good."
+
+
+def _said_outside(findings: Findings) -> str:
+    """Which parameters of the compromise the measurements would refuse: it may trade agreement for computing time."""
+    chosen = findings.candidates["compromise"]["parameters"]
+    profiles = findings.calibration["identifiability"]["parameters"]
+    outside = [p["name"] for p in profiles if not p["interval_95"][0] <= chosen[p["name"]] <= p["interval_95"][1]]
+    names = _text(_listed([_words(name) for name in outside]))
+    return f"To save computing time the compromise leaves the 95 % interval of {names}." if outside else ""
 
 
 def _said_truth(findings: Findings) -> str:
     """How far the compromise is from the parameters behind a synthetic lab; empty for a real one."""
     chosen = findings.candidates["compromise"]["parameters"]
     off = [
-        f"{_words(p['name'])} {_percent(chosen[p['name']] / p['truth'] - 1)}"
+        f"{_words(p['name'])} {_percent(chosen[p['name']] / p['truth'] - 1, digits=1)}"
         for p in findings.calibration["identifiability"]["parameters"]
         if p["truth"]
     ]
@@ -364,8 +388,7 @@ def _parameters_table(findings: Findings) -> str:
     for parameter, profile in zip(problem.parameters, findings.calibration["identifiability"]["parameters"], strict=True):
         quantity = PARAMETERS[parameter.name]
         row = [
-            _text(_words(parameter.name)),
-            _text(_unit(quantity)),
+            _text(_words(parameter.name)) + _in_unit(quantity),
             _number(chosen[parameter.name]),
             _range(*profile["interval_95"]),
             _number(profile["best"]),
@@ -373,8 +396,8 @@ def _parameters_table(findings: Findings) -> str:
             _mark(profile["pinned"], "yes", "no"),
         ]
         rows.append(row + [_number(profile["truth"])] * truth_known)
-    head = ["parameter", "unit", "compromise", "95 % interval", "best fit", "searched", "pinned down"] + ["truth"] * truth_known
-    return _table("Calibrated parameters", head, rows, 2) + _paragraph(_text(_reason(findings)), "small")
+    head = ["parameter", "compromise", "95 % interval", "best fit", "searched", "pinned down"] + ["truth"] * truth_known
+    return _table("Calibrated parameters", head, rows, 1) + _paragraph(_text(_reason(findings)), "small")
 
 
 def _range(low: float, high: float) -> str:
@@ -383,9 +406,9 @@ def _range(low: float, high: float) -> str:
 
 def _reason(findings: Findings) -> str:
     return (
-        f"The compromise is the {findings.calibration['compromise_reason']}. ".replace("the no ", "chosen although no ")
-        + "Intervals come from the profile likelihood; an interval that ends where the search ended is set by the bounds, not by "
-        "the measurements. The best fit ignores the computing time."
+        f"How the compromise was chosen: {findings.calibration['compromise_reason']}. Intervals come from the profile "
+        "likelihood; one that ends where the search ended is set by the bounds, not by the measurements. The best fit "
+        "ignores the computing time."
     )
 
 
@@ -504,9 +527,7 @@ def _calibration(findings: Findings, album: Album) -> str:
         _front(findings, album),
         _distance(findings, album),
         _likelihood(findings, album),
-        "".join(
-            _paragraph(_text(f"{s[:1].upper()}{s[1:]}."), "small") for s in findings.calibration["reachability"]["sentences"]
-        ),
+        *(_paragraph(_text(_spoken(findings, s)), "small") for s in findings.calibration["reachability"]["sentences"]),
     )
 
 
@@ -613,20 +634,24 @@ def _candidates_table(findings: Findings, album: Album) -> str:
     """Like the paper's Table 6."""
     found, problem = findings.candidates, findings.space.case.problem
     rows = [
-        [f"{_text(_words(n))}{_in_unit(PARAMETERS[n])}", *(_number(c["parameters"][n]) for c in found.values())]
+        [_text(_words(n)) + _in_unit(PARAMETERS[n]), *(_number(c["parameters"][n]) for c in found.values())]
         for n in problem.names
     ]
     rows += [[f"error of {_text(_key_words(t.key))}", *(_promised_error(t, c) for c in found.values())] for t in problem.targets]
     for name in found["compromise"]["objectives"]:
         symbol = OBJECTIVES[name].symbol
         rows.append([f"{_text(symbol)} ({_text(_words(name))})", *(_number(c["objectives"][name]) for c in found.values())])
-    caption = "Calibration: parameters, errors and objectives that the interpolant promises"
+    caption = "Calibration: compromise and individuals, with the errors and objectives that the interpolant promises"
     note = "Errors are (predicted − target) / target ± one standard error of the interpolant."
-    return _section("Candidates on the front", _table(caption, ["", *map(_text, found)], rows, len(found)), _note(note))
+    return _section("Candidates on the front", _table(caption, ["", *map(_short, found)], rows, 1), _note(note))
 
 
 def _in_unit(quantity: Quantity) -> str:
     return f" [{_text(_unit(quantity))}]" if _unit(quantity) else ""
+
+
+def _short(candidate: str) -> str:
+    return _text(candidate.removeprefix("individual "))
 
 
 def _promised_error(target: Target, candidate: Mapping[str, Any]) -> str:
@@ -636,13 +661,10 @@ def _promised_error(target: Target, candidate: Mapping[str, Any]) -> str:
 
 def _verification(findings: Findings, album: Album) -> str:
     """Like the paper's Table 7, with the curves of the fresh runs."""
-    if "verify" not in findings.summary:
+    found = findings.outcome("verify")
+    if found is None:
         return _section("Verification", _missing(findings, "The verification with fresh YADE runs", "verify"))
-    outcome = {
-        k: findings.summary["verify"]["candidates"][k]
-        for k in findings.candidates
-        if k in findings.summary["verify"]["candidates"]
-    }
+    outcome = {label: found["candidates"][label] for label in findings.candidates if label in found["candidates"]}
     caption = "Fresh YADE runs of each candidate against the measurement. Filled: simulated; open: promised by the interpolant."
     rows = _deviations(outcome)
     return _section(
@@ -655,23 +677,24 @@ def _verification(findings: Findings, album: Album) -> str:
 
 
 def _verification_table(findings: Findings, outcome: Mapping[str, Any]) -> str:
-    targets, labels = findings.space.case.problem.targets, list(outcome)
-    by_key = {label: {r["key"]: r for r in outcome[label]["responses"]} for label in labels}
-    rows = []
-    for t in targets:
-        cells = [_simulated(by_key[label].get(t.key)) for label in labels]
-        rows.append([f"{_text(_key_words(t.key))}{_in_unit(_response(t.key))}", *cells, _number(t.value)])
-    for t in targets:
-        cells = [_error_cell(by_key[label].get(t.key)) for label in labels]
-        rows.append([f"error of {_text(_key_words(t.key))}", *cells, ""])
-    rows.append(["O1", *(_number(outcome[label]["o1"], 3) for label in labels), ""])
-    rows.append(["runs", *(str(max((r["runs"] for r in outcome[label]["responses"]), default=0)) for label in labels), ""])
-    rows.append(["verdict", *(_mark(outcome[label]["passed"], "passed", "failed") for label in labels), ""])
-    return _table("Verification: simulated responses and their errors", ["", *map(_text, labels), "target"], rows, len(labels))
+    targets = findings.space.case.problem.targets
+    by_key = [{r["key"]: r for r in own["responses"]} for own in outcome.values()]
+    rows = [[_heading(t), _target_band(t, by_key), *(_simulated(r.get(t.key)) for r in by_key)] for t in targets]
+    rows += [[f"error of {_text(_key_words(t.key))}", "", *(_error_cell(r.get(t.key)) for r in by_key)] for t in targets]
+    rows.append(["O1", "", *(_number(own["o1"], 3) for own in outcome.values())])
+    rows.append(["good runs", "", *(str(own["statuses"].get("ok", 0)) for own in outcome.values())])
+    rows.append(["verdict", "", *(_mark(own["passed"], "passed", "failed") for own in outcome.values())])
+    caption = "Verification: simulated responses of compromise and individuals, and their errors"
+    return _table(caption, ["", "target ± band", *map(_short, outcome)], rows, 2)
+
+
+def _target_band(target: Target, by_key: Sequence[Mapping[str, Any]]) -> str:
+    band = next((r[target.key]["band"] for r in by_key if target.key in r), 0.0)
+    return _with_error(target.value, band)
 
 
 def _simulated(row: Mapping[str, Any] | None) -> str:
-    return "no good run" if row is None else f"{_number(row['simulated'])} ± {_number(row['standard_error'], 2)}"
+    return "no good run" if row is None else _with_error(row["simulated"], row["standard_error"])
 
 
 def _error_cell(row: Mapping[str, Any] | None) -> str:
@@ -694,7 +717,7 @@ def _deviation(label: str, row: Mapping[str, Any]) -> plot.Deviation:
 
 def _validation(findings: Findings, album: Album) -> str:
     """Like the paper's Tables 8 and 9: measurements that were not used."""
-    problem, outcome = findings.space.case.problem, findings.summary.get("validate")
+    problem, outcome = findings.space.case.problem, findings.outcome("validate")
     if not problem.held_out:
         return _section(
             "Validation", _note("No measurement was held out: give a row of the lab file the role held_out to validate.")
@@ -703,20 +726,18 @@ def _validation(findings: Findings, album: Album) -> str:
         return _section("Validation", _missing(findings, "The validation on measurements not used", "validate"))
     by_key = {r["key"]: r for r in outcome["responses"]}
     rows = [_validation_row(t, by_key.get(t.key)) for t in problem.held_out]
-    head = ["response", "unit", "measured", "simulated", "error", "band", "runs", "verdict"]
+    head = ["response", "measured ± band", "simulated", "error", "good runs", "verdict"]
     own = _by_setup(findings, {"compromise": findings.validated})
     figures = [_profiles(findings, album, setup, runs) for setup, runs in own.items()]
     caption = "Validation: the compromise predicts measurements that were not used"
-    return _section("Validation", _table(caption, head, rows, 3), *figures)
+    return _section("Validation", _table(caption, head, rows, 2), *figures)
 
 
 def _validation_row(target: Target, row: Mapping[str, Any] | None) -> list[str]:
-    quantity = _response(target.key)
-    lead = [_text(_key_words(target.key)), _text(_unit(quantity)), _number(target.value)]
     if row is None:
-        return [*lead, "no good run", "–", "–", "0", _mark(False)]
-    band = _percent(row["band"] / abs(row["target"]), False).replace(" %", "")
-    return [*lead, _simulated(row), _percent(row["relative_error"]), f"± {band} %", str(row["runs"]), _mark(row["passed"])]
+        return [_heading(target), _number(target.value), "no good run", "–", "0", _mark(False)]
+    measured = _with_error(target.value, row["band"])
+    return [_heading(target), measured, _simulated(row), _percent(row["relative_error"]), str(row["runs"]), _mark(row["passed"])]
 
 
 # Curves of single runs
@@ -868,8 +889,9 @@ figure img { display: block; max-width: 100%; height: auto; }
 figcaption { margin-top: 0.4rem; max-width: 48rem; }
 table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92rem; font-variant-numeric: tabular-nums; break-inside: avoid; }
 caption { text-align: left; padding-bottom: 0.35rem; font-size: 0.88rem; white-space: nowrap; }
-th, td { padding: 0.32rem 0.8rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; padding-left: 0; font-weight: 500; }
+th, td { padding: 0.32rem 0.7rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th:first-child { text-align: left; padding-left: 0; font-weight: 500; white-space: normal; min-width: 7rem; }
+th:first-child { position: sticky; left: 0; background: #fff; }
 thead th { border-bottom: 2px solid #9aa1ad; font-weight: 600; vertical-align: bottom; }
 .strong { background: var(--wash); font-weight: 600; }
 .yes { color: var(--good); } .no { color: var(--bad); font-weight: 600; }

@@ -112,8 +112,8 @@ def grains_for_volume(p, volume):
 def add_grains(p, centres, grain, rng):
     """Create the grains, moving down at the pouring velocity and at random; returns their ids.
 
-    The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice: without it the
-    filled density scattered three to five times as much from seed to seed.
+    The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice; without it the
+    filled density scatters more than twice as much from seed to seed.
     """
     ids = O.bodies.append([utils.sphere(tuple(c), p["particle_radius"], material=grain) for c in centres])
     random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
