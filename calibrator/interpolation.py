@@ -11,7 +11,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
@@ -30,8 +30,8 @@ TREND_VARIANCE = 10.0  # of the standardised response per half range: broad, so 
 LENGTH_SCALES = (0.5, 20.0)  # in half ranges: 15-60 points cannot resolve less than a quarter of a range
 JITTER = 1e-8  # of the standardised variance: keeps the covariance invertible where the noise is measured as zero
 
-# Matrices of some tens of rows are slower on several threads, 20 times so on a machine whose cores are busy with runs
-_ONE_THREAD = ThreadpoolController().wrap(limits=1, user_api="blas")
+Verb = TypeVar("Verb", bound=Callable[..., Any])
+_THREADS = ThreadpoolController()
 
 
 class Interpolant(Protocol):
@@ -40,6 +40,18 @@ class Interpolant(Protocol):
     @property
     def responses(self) -> list[str]:
         """Keys of the interpolated responses, in column order."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """Distinct points (p, d) that it was fitted to."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """Mean responses (p, m) at the distinct points; NaN where not measured."""
+
+    @property
+    def noise_sources(self) -> tuple[str, ...]:
+        """Where the seed noise of each response (m,) is from."""
 
     @property
     def noise(self) -> np.ndarray:
@@ -53,6 +65,14 @@ class Interpolant(Protocol):
 
     def leave_one_out(self) -> tuple[np.ndarray, np.ndarray]:
         """Prediction of each distinct point without it and its expected scatter, both (p, m)."""
+
+
+def _on_one_thread(function: Verb) -> Verb:
+    """Keep the linear algebra of function on one thread.
+
+    Matrices of some tens of rows are slower on several, 20 times so on a machine whose cores are busy with runs.
+    """
+    return cast(Verb, _THREADS.wrap(limits=1, user_api="blas")(function))
 
 
 def box_sample(low: np.ndarray, high: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -361,7 +381,7 @@ class GaussianProcess:
     _processes: tuple[_Process, ...]
 
     @classmethod
-    @_ONE_THREAD
+    @_on_one_thread
     def fit(
         cls,
         points: np.ndarray,
@@ -407,13 +427,13 @@ class GaussianProcess:
     def _unit(self, points: np.ndarray) -> np.ndarray:
         return _unit(_inside(points, self.bounds[0], self.bounds[1], self.parameters), self.bounds)
 
-    @_ONE_THREAD
+    @_on_one_thread
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the bounds."""
         unit = self._unit(points)
         return np.column_stack([_chunked(process.mean, unit) for process in self._processes])
 
-    @_ONE_THREAD
+    @_on_one_thread
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean responses and the standard deviation of that mean (seed noise of a new run not included), both (k, m)."""
         unit = self._unit(points)

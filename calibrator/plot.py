@@ -5,10 +5,11 @@ Inputs are in SI units. Axes that need another scale say so in their label (mm, 
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import io
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ParamSpec
 
@@ -58,14 +59,21 @@ LEVEL_95 = 3.84  # rise of chi2 that bounds 95 % of one parameter
 P = ParamSpec("P")
 
 
+@contextlib.contextmanager
+def _house_style() -> Iterator[None]:
+    """The settings of this module instead of the user's, for as long as the context lasts."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        yield
+
+
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw in the house style whatever the user's matplotlib settings are, and settle the layout while it holds."""
+    """Draw in the house style, and settle the layout while it holds."""
 
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with matplotlib.rc_context():
-            matplotlib.rcdefaults()
-            matplotlib.rcParams.update(STYLE)
+        with _house_style():
             figure = draw(*args, **kwargs)
             figure.draw_without_rendering()  # ticks are made at the first drawing, with the settings of that moment
         return figure
@@ -74,11 +82,10 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def png(figure: Figure, dpi: int = 160) -> bytes:
-    """The figure as a PNG file."""
+    """The figure as a PNG file, cropped to what is drawn. Equal figures give equal bytes."""
     stream = io.BytesIO()
-    figure.savefig(
-        stream, format="png", dpi=dpi, facecolor="white", bbox_inches="tight", pad_inches=0.06, metadata={"Software": None}
-    )
+    with _house_style():
+        figure.savefig(stream, format="png", dpi=dpi, bbox_inches="tight", pad_inches=0.06, metadata={"Software": None})
     return stream.getvalue()
 
 
@@ -281,7 +288,7 @@ def _draw_slice(ax: Axes, panel: Slice, target: float, band: float) -> None:
     ax.scatter(panel.runs_at, panel.runs_mean, s=16, color=shades, linewidth=0)
     ax.fill_between(panel.positions, panel.mean - 2 * panel.std, panel.mean + 2 * panel.std, color=BLUE, alpha=0.2, linewidth=0)
     ax.plot(panel.positions, panel.mean, color=BLUE, linewidth=1.8)
-    ax.axvline(panel.chosen, color=RED, linewidth=1.3, linestyle="--")
+    ax.axvline(panel.chosen, color=RED, linewidth=1.3, linestyle="--", clip_on=False)  # it may lie on the frame
     ax.set(xlabel=panel.label, xlim=(panel.positions[0], panel.positions[-1]))
     _ticks(ax)
 
@@ -429,9 +436,9 @@ def _draw_profile(ax: Axes, profile: Profile) -> None:
     ax.axvspan(*profile.interval, color=BLUE, alpha=0.14, linewidth=0)
     ax.axhline(LEVEL_95, color=GREY, linewidth=0.9)
     ax.plot(profile.positions, profile.chi2 - profile.chi2.min(), color=BLUE, linewidth=1.8)
-    ax.axvline(profile.chosen, color=RED, linewidth=1.3, linestyle="--")
+    ax.axvline(profile.chosen, color=RED, linewidth=1.3, linestyle="--", clip_on=False)
     if profile.truth is not None:
-        ax.axvline(profile.truth, color=INK, linewidth=1.8, linestyle=":")
+        ax.axvline(profile.truth, color=INK, linewidth=1.8, linestyle=":")  # may lie outside the box: then it is not seen
     ax.set(xlabel=profile.label, xlim=(profile.positions[0], profile.positions[-1]), ylim=(0, 3.2 * LEVEL_95))
     _ticks(ax)
 
@@ -459,7 +466,7 @@ def profiles(curves: Curves, setup: str) -> Figure:
     figure, (ax,) = _panels(1, 3.0, WIDTH * 1.2)
     _thin_lines(ax, curves, 1e3, 1e3)
     across = "distance from the back wall [mm]" if setup == "ledge" else "distance from the axis [mm]"
-    ax.set(xlabel=across, ylabel="height of the surface [mm]", xlim=(0, None), ylim=(0, None), aspect="equal")
+    ax.set(xlabel=across, ylabel="surface height [mm]", xlim=(0, None), ylim=(0, None), aspect="equal")
     return figure
 
 

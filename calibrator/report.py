@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from calibrator import __version__, plot
 from calibrator.database import response_table
@@ -131,7 +130,7 @@ class Album:
         self.folder = folder
         self.paths: list[Path] = []
 
-    def figure(self, name: str, caption: str, draw: Callable[[], Figure]) -> str:
+    def figure(self, name: str, caption: str, draw: Callable[[], plot.Figure]) -> str:
         """A figure element; where there is nothing to draw, a sentence that says so."""
         try:
             picture = plot.png(draw(), DOTS)
@@ -171,14 +170,17 @@ def _percent(share: float | None, signed: bool = True, digits: int = 2) -> str:
     if share is None:
         return "–"
     rounded = round(100 * share, digits) + 0.0  # the sum turns -0.0 into 0.0
-    return f"{rounded:{'+' if signed and rounded else ''}.{digits}f} %".replace("-", "−")
+    return f"{rounded:{'+' if signed and rounded else ''}.{digits}f}\u00a0%".replace(
+        "-", "−"
+    )  # never broken between number and sign
 
 
 def _with_error(value: float, error: float) -> str:
-    """1577.0 ± 2.9: the error with two digits, the value with as many decimals."""
+    """1577 ± 3, 53.5 ± 1.4: the error with one digit, two where the first is 1 or 2, and the value with as many decimals."""
     if error <= 0:
         return _number(value)
-    decimals = max(0, 1 - math.floor(math.log10(error)))
+    exponent = math.floor(math.log10(error))
+    decimals = max(0, (1 if error < 3 * 10**exponent else 0) - exponent)
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
 
 
@@ -656,7 +658,8 @@ def _short(candidate: str) -> str:
 
 def _promised_error(target: Target, candidate: Mapping[str, Any]) -> str:
     promised, size = candidate["predicted"][target.key], abs(target.value)
-    return f"{_percent((promised['mean'] - target.value) / size)} ± {100 * promised['error'] / size:.2f}"
+    error = _percent((promised["mean"] - target.value) / size).removesuffix("\u00a0%")
+    return f"{error} ± {100 * promised['error'] / size:.2f} %"
 
 
 def _verification(findings: Findings, album: Album) -> str:
@@ -670,7 +673,9 @@ def _verification(findings: Findings, album: Album) -> str:
     return _section(
         "Verification",
         _verification_table(findings, outcome),
-        _note("Simulated values are means of runs with new seeds ± one standard error; nothing here was used to calibrate."),
+        _note(
+            "Means of runs with new seeds ± one standard error, and (simulated − target) / target. None was used to calibrate."
+        ),
         album.figure("verification", caption, lambda: plot.verification(rows)),
         _run_curves(findings, album),
     )
@@ -679,8 +684,7 @@ def _verification(findings: Findings, album: Album) -> str:
 def _verification_table(findings: Findings, outcome: Mapping[str, Any]) -> str:
     targets = findings.space.case.problem.targets
     by_key = [{r["key"]: r for r in own["responses"]} for own in outcome.values()]
-    rows = [[_heading(t), _target_band(t, by_key), *(_simulated(r.get(t.key)) for r in by_key)] for t in targets]
-    rows += [[f"error of {_text(_key_words(t.key))}", "", *(_error_cell(r.get(t.key)) for r in by_key)] for t in targets]
+    rows = [[_heading(t), _target_band(t, by_key), *(_simulated_cell(r.get(t.key)) for r in by_key)] for t in targets]
     rows.append(["O1", "", *(_number(own["o1"], 3) for own in outcome.values())])
     rows.append(["good runs", "", *(str(own["statuses"].get("ok", 0)) for own in outcome.values())])
     rows.append(["verdict", "", *(_mark(own["passed"], "passed", "failed") for own in outcome.values())])
@@ -689,19 +693,21 @@ def _verification_table(findings: Findings, outcome: Mapping[str, Any]) -> str:
 
 
 def _target_band(target: Target, by_key: Sequence[Mapping[str, Any]]) -> str:
-    band = next((r[target.key]["band"] for r in by_key if target.key in r), 0.0)
-    return _with_error(target.value, band)
+    """The measured value as it was given, and the band; no rounding of the one to the other."""
+    band = next((r[target.key]["band"] for r in by_key if target.key in r), None)
+    return _number(target.value) + (f" ± {_number(band, 2)}" if band else "")
 
 
 def _simulated(row: Mapping[str, Any] | None) -> str:
     return "no good run" if row is None else _with_error(row["simulated"], row["standard_error"])
 
 
-def _error_cell(row: Mapping[str, Any] | None) -> str:
+def _simulated_cell(row: Mapping[str, Any] | None) -> str:
+    """Simulated value, and under it the relative error and whether the target counts as met."""
     if row is None:
-        return "–"
+        return _simulated(row)
     kind, sign = ("yes", "✓") if row["passed"] else ("no", "✗")
-    return f'<span class="{kind}">{_percent(row["relative_error"])} {sign}</span>'
+    return f'{_simulated(row)}<br><span class="{kind}">{_percent(row["relative_error"])} {sign}</span>'
 
 
 def _deviations(outcome: Mapping[str, Any]) -> list[plot.Deviation]:
@@ -736,7 +742,7 @@ def _validation(findings: Findings, album: Album) -> str:
 def _validation_row(target: Target, row: Mapping[str, Any] | None) -> list[str]:
     if row is None:
         return [_heading(target), _number(target.value), "no good run", "–", "0", _mark(False)]
-    measured = _with_error(target.value, row["band"])
+    measured = _target_band(target, [{target.key: row}])
     return [_heading(target), measured, _simulated(row), _percent(row["relative_error"]), str(row["runs"]), _mark(row["passed"])]
 
 
@@ -872,7 +878,7 @@ CSS = """
 :root { --ink: #222; --quiet: #5b6270; --line: #d9dce1; --wash: #f5f6f8; --good: #00704f; --bad: #b04300; }
 * { box-sizing: border-box; }
 body { margin: 0; color: var(--ink); background: #fff; font: 16px/1.55 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-main { max-width: 62rem; margin: 0 auto; padding: 1.5rem 1.25rem 4rem; }
+main { max-width: 68rem; margin: 0 auto; padding: 1.5rem 1.25rem 4rem; }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: 0.5rem 0 0.25rem; }
 h2 { font-size: 1.3rem; margin: 2.5rem 0 0.75rem; padding-top: 0.75rem; border-top: 1px solid var(--line); }
 h3 { font-size: 1.05rem; margin: 1.5rem 0 0.5rem; }
@@ -887,10 +893,10 @@ p { margin: 0.6rem 0; max-width: 48rem; }
 figure { margin: 1.5rem 0; break-inside: avoid; }
 figure img { display: block; max-width: 100%; height: auto; }
 figcaption { margin-top: 0.4rem; max-width: 48rem; }
-table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92rem; font-variant-numeric: tabular-nums; break-inside: avoid; }
+table { border-collapse: collapse; margin: 1rem 0; font-size: 0.9rem; font-variant-numeric: tabular-nums; break-inside: avoid; }
 caption { text-align: left; padding-bottom: 0.35rem; font-size: 0.88rem; white-space: nowrap; }
-th, td { padding: 0.32rem 0.7rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th:first-child { text-align: left; padding-left: 0; font-weight: 500; white-space: normal; min-width: 7rem; }
+th, td { padding: 0.32rem 0.6rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th:first-child { text-align: left; padding-left: 0; font-weight: 500; white-space: normal; min-width: 8.5rem; }
 th:first-child { position: sticky; left: 0; background: #fff; }
 thead th { border-bottom: 2px solid #9aa1ad; font-weight: 600; vertical-align: bottom; }
 .strong { background: var(--wash); font-weight: 600; }
@@ -902,6 +908,6 @@ pre { background: var(--wash); padding: 1rem; overflow-x: auto; line-height: 1.4
 @media print {
   body { font-size: 10pt; } main { max-width: none; padding: 0; }
   .wide { overflow: visible; } figure img { min-width: 0 !important; }
-  h2 { break-after: avoid; } pre { white-space: pre-wrap; }
+  table { font-size: 7.5pt; } h2 { break-after: avoid; } pre { white-space: pre-wrap; }
 }
 """

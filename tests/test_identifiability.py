@@ -179,6 +179,18 @@ def test_interval_of_a_curved_response_ends_where_its_chi2_does():
     one = (Parameter("rolling_friction", 0.0, 1.0),)
     found = identify(problem([1021.6, 1000.0, 1000.0], one, scatter=5.0), Cube(), samples=2**6, positions=7).parameters[0]
     np.testing.assert_allclose(found.interval_95, np.cbrt((21.6 + 1.96 * 5 * np.array([-1, 1])) / 100), rtol=3e-3)
+    assert found.best == pytest.approx(0.6, rel=1e-4)
+
+
+def test_profile_finds_a_narrow_basin_at_every_position_of_an_idle_parameter():
+    class Basin(Linear):
+        def predict(self, points):
+            depth = np.exp(-(((points[:, 1] - 1.6) / 0.006) ** 2))
+            return 1000 - 100 * np.column_stack([depth, depth, depth])
+
+    found = identify(problem([900.0] * 3, scatter=20.0), Basin(), samples=2**10)
+    assert found.parameters[0].chi2.max() < 1e-3
+    assert found.parameters[1].best == pytest.approx(1.6, rel=1e-3) and found.parameters[1].pinned
 
 
 def test_interval_far_narrower_than_the_spacing_of_positions_is_resolved():

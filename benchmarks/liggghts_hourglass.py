@@ -1,0 +1,124 @@
+"""The demo's hourglass in LIGGGHTS, done the plain way: an oracle for the cost and the physics, never a dependency.
+
+Loose cloud, settle to the rest threshold, open, settle to the rest threshold. Same grains (the same seeded cloud), same
+vessel, same contact law (Hertz-Mindlin, elastic-plastic rolling resistance epsd2), same time step.
+"""
+
+import math
+import re
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+
+INPUT = """
+atom_style granular
+atom_modify map array
+boundary f f f
+newton off
+communicate single vel yes
+units si
+read_data grains.lmp
+neighbor {skin:.6g} bin
+neigh_modify delay 0
+fix m1 all property/global youngsModulus peratomtype {young:.10g} {young:.10g}
+fix m2 all property/global poissonsRatio peratomtype {poisson:.10g} {poisson:.10g}
+fix m3 all property/global coefficientRestitution peratomtypepair 2 {e} {e} {e} {e}
+fix m4 all property/global coefficientFriction peratomtypepair 2 {mu} {mu} {mu} {mu}
+fix m5 all property/global coefficientRollingFriction peratomtypepair 2 {mur} {mur} {mur} {mur}
+pair_style gran model hertz tangential history rolling_friction epsd2
+pair_coeff * *
+timestep {dt:.10g}
+fix g all gravity 9.81 vector 0.0 0.0 -1.0
+fix bottom all mesh/surface file annulus.stl type 2
+fix plug all mesh/surface file disk.stl type 2
+fix wm all wall/gran model hertz tangential history rolling_friction epsd2 mesh n_meshes 2 meshes bottom plug
+fix wc all wall/gran model hertz tangential history rolling_friction epsd2 primitive type 2 zcylinder {cylinder:.10g} 0.0 0.0
+fix i all nve/sphere
+compute ke all ke
+variable mean equal c_ke/(atoms+1e-30)
+thermo_style custom step atoms ke
+thermo 100000
+thermo_modify lost ignore norm no
+run {fall}
+label settle
+run {every} post no
+if "${{mean}} > {filling}" then "jump SELF settle"
+variable s equal step
+print "FILLED ${{s}}"
+write_dump all custom filled.dump id x y z
+unfix wm
+unfix plug
+fix wo all wall/gran model hertz tangential history rolling_friction epsd2 mesh n_meshes 1 meshes bottom
+run {open}
+label rest
+run {every} post no
+if "${{mean}} > {rest}" then "jump SELF rest"
+print "RESTED ${{s}}"
+write_dump all custom final.dump id x y z
+"""
+
+
+def write_facets(path: Path, triangles: list) -> None:
+    """ASCII STL."""
+    lines = ["solid s"]
+    for a, b, c in triangles:
+        lines += ["facet normal 0 0 1", "outer loop", *(f"vertex {v[0]:.9g} {v[1]:.9g} {v[2]:.9g}" for v in (a, b, c))]
+        lines += ["endloop", "endfacet"]
+    path.write_text("\n".join([*lines, "endsolid s"]) + "\n")
+
+
+def ring(radius: float, segments: int = 32) -> list:
+    """The same equal-area polygon as yade_scripts/walls.py."""
+    step = 2 * math.pi / segments
+    corner = radius * math.sqrt(step / math.sin(step))
+    return [(corner * math.cos(i * step), corner * math.sin(i * step), 0.0) for i in range(segments)]
+
+
+def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndarray, dt: float) -> None:
+    """Everything that LIGGGHTS reads, for parameters p under the project's names."""
+    cylinder, neck, radius = p["cylinder_diameter"] / 2, p["neck_diameter"] / 2, p["particle_radius"]
+    inner, outer = ring(neck), ring(cylinder * 1.05)
+    flat = [t for i in range(32) for t in ((inner[i - 1], inner[i], outer[i]), (inner[i - 1], outer[i], outer[i - 1]))]
+    write_facets(folder / "annulus.stl", flat)
+    write_facets(folder / "disk.stl", [((0, 0, 0), inner[i - 1], inner[i]) for i in range(32)])
+    half, top = cylinder * 1.2, centres[:, 2].max() + 20 * radius
+    rows = [f"{i} 1 {2 * radius:.10g} {p['particle_density']:.10g} {x:.10g} {y:.10g} {z:.10g}" for i, (x, y, z) in enumerate(centres, 1)]
+    speeds = [f"{i} {u:.10g} {v:.10g} {w:.10g} 0 0 0" for i, (u, v, w) in enumerate(velocities, 1)]
+    head = f"grains\n\n{len(centres)} atoms\n2 atom types\n{-half} {half} xlo xhi\n{-half} {half} ylo yhi\n{-4 * radius} {top} zlo zhi\n"
+    (folder / "grains.lmp").write_text("\n".join([head, "Atoms\n", *rows, "", "Velocities\n", *speeds]) + "\n")
+    (folder / "in.hourglass").write_text(
+        INPUT.format(
+            skin=0.4 * radius,
+            young=p["young_modulus"],
+            poisson=p["poisson_ratio"],
+            e=p["restitution"],
+            mu=p["sliding_friction"],
+            mur=p["rolling_friction"],
+            dt=dt,
+            cylinder=cylinder,
+            fall=int(0.05 / dt),
+            open=int(math.sqrt(2 * p["neck_diameter"] / 9.81) / dt),
+            every=max(1, int(p["sampling_interval"] / dt)),
+            filling=p["filling_kinetic_energy"],
+            rest=p["rest_kinetic_energy"],
+        )
+    )
+
+
+def run(folder: Path) -> dict:
+    """Run LIGGGHTS; core-seconds in all and steps of both stages."""
+    begin = time.monotonic()
+    done = subprocess.run(["liggghts", "-in", "in.hourglass"], cwd=folder, capture_output=True, text=True)
+    seconds = time.monotonic() - begin
+    if done.returncode != 0 or "RESTED" not in done.stdout:
+        raise RuntimeError(f"LIGGGHTS failed: {(done.stdout + done.stderr)[-500:]}")
+    filled, rested = (int(re.search(rf"^{word} (\d+)", done.stdout, re.MULTILINE).group(1)) for word in ("FILLED", "RESTED"))
+    return {"core_seconds": seconds, "filling_steps": filled, "steps": rested}
+
+
+def read_centres(path: Path) -> np.ndarray:
+    """Positions (n, 3) of a dump, by id."""
+    rows = np.loadtxt(path, skiprows=9)
+    return rows[np.argsort(rows[:, 0])][:, 1:4]
