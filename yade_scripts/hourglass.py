@@ -115,17 +115,17 @@ def crater(p, final, bulk_density, cylinder, neck, curves):
     radius = p["particle_radius"]
     x, y, height = measure.height_map(final, radius, cylinder, cylinder)
     rho = np.hypot(x[:, None], y[None, :])
-    # One grain diameter at the neck (its edge is ragged) and one radius at the wall (grains layer there) are left out.
-    slope_part = (rho > neck + 2 * radius) & (rho < cylinder - radius)
+    # One grain diameter at the neck (its edge is ragged) and one at the wall (grains stand in layers there) are left out.
+    slope_part, ring = (rho > neck + 2 * radius) & (rho < cylinder - 2 * radius), radius / 2
     curves["profile_radius"], curves["profile_height"] = measure.radial_profile(x, y, height, radius)
-    fit = measure.fit_slope(*measure.radial_profile(x, y, height, radius, slope_part))
+    fit = measure.fit_slope(*measure.radial_profile(x, y, height, ring, slope_part))
     volume = len(final) * material.grain_mass(p) / bulk_density
     responses = dict(drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck))
     if fit:
         responses.update(
             drained_angle_of_repose_deg=fit["angle"], drained_angle_error_deg=fit["error"], drained_curvature=fit["curvature"]
         )
-        tilt = measure.asymmetry(x, y, height, radius, slope_part)
+        tilt = measure.asymmetry(x, y, height, ring, slope_part)
         if tilt is not None:
             responses["drained_asymmetry_deg"] = tilt
     return responses

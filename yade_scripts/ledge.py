@@ -1,4 +1,4 @@
-"""Ledge: fill a box that is periodic front and back, drop its flap, wait until the slope is at rest.
+"""Ledge: fill a box that is periodic front and back, open its flap, wait until the slope is at rest.
 
 By hand:          yade -n -x ledge.py
 One table line:   YADE_BATCH=runs.table:2 yade -n -x ledge.py
@@ -47,7 +47,7 @@ def simulate(p, diagnostics):
     # The cell starts at the origin, so walls and grains stand clear of x = 0 and z = 0 by an offset.
     offset = np.array([4 * radius, 0, 8 * radius])
     O.periodic = True
-    O.cell.setBox(2 * length + 40 * radius, width, 2 * top + 40 * radius)
+    O.cell.setBox(3 * length + 40 * radius, width, 2 * top + 40 * radius)
     ox, oz = offset[0], offset[2]
     O.bodies.append(walls.strips([(ox, oz), (ox + length, oz)], 4, width, wall))
     O.bodies.append(walls.strips([(ox, oz), (ox, oz + top)], 4, width, wall))
@@ -57,9 +57,7 @@ def simulate(p, diagnostics):
 
     session.fill(p, ids, diagnostics)
     filled = wrapped(ids, offset, width)
-    for i in flap:
-        O.bodies.erase(i)
-    left = release(p, ids, diagnostics, offset)
+    left = release(p, ids, flap, diagnostics, offset)
     return respond(p, filled, wrapped(left, offset, width), diagnostics)
 
 
@@ -70,18 +68,26 @@ def wrapped(ids, offset, width):
     return centres
 
 
-def release(p, ids, diagnostics, offset):
-    """Drop the flap; grains are erased once they are clear of the edge. Returns the ids left."""
+def release(p, ids, flap, diagnostics, offset):
+    """Open the flap; grains are retired once they are clear of the edge. Returns the ids left.
+
+    The flap moves away horizontally, four times as fast as a grain that fell the filled height, and stops at twice the
+    length of the ledge: erasing it would be simpler, but see session.retire.
+    """
     mass, radius, released, clock = material.grain_mass(p), p["particle_radius"], O.time, time.process_time()
     not_before = released + stop.fall_time(p["fill_height"], material.GRAVITY)
-    left = list(ids)
+    left, opening_speed = list(ids), 4 * (2 * material.GRAVITY * p["fill_height"]) ** 0.5
+    for i in flap:
+        O.bodies[i].state.vel = (opening_speed, 0, 0)
 
     def at_rest():
         nonlocal left
-        gone = [i for i in left if O.bodies[i].state.pos[2] - offset[2] < -2 * radius]
-        for i in gone:
-            O.bodies.erase(i)
-        left = [i for i in left if i not in set(gone)]
+        if opening_speed * (O.time - released) > p["box_length"]:
+            for i in flap:
+                O.bodies[i].state.vel = (0, 0, 0)
+        gone = {i for i in left if O.bodies[i].state.pos[2] - offset[2] < -2 * radius}
+        session.retire(gone, (1.5 * p["box_length"], 0, 0))
+        left = [i for i in left if i not in gone]
         return O.time > not_before and stop.mean_kinetic_energy(left, mass) < p["rest_kinetic_energy"]
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge")
