@@ -84,9 +84,11 @@ def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndar
     write_facets(folder / "annulus.stl", flat)
     write_facets(folder / "disk.stl", [((0, 0, 0), inner[i - 1], inner[i]) for i in range(32)])
     half, top = cylinder * 1.2, centres[:, 2].max() + 20 * radius
-    rows = [f"{i} 1 {2 * radius:.10g} {p['particle_density']:.10g} {x:.10g} {y:.10g} {z:.10g}" for i, (x, y, z) in enumerate(centres, 1)]
+    grain = f"{2 * radius:.10g} {p['particle_density']:.10g}"
+    rows = [f"{i} 1 {grain} {x:.10g} {y:.10g} {z:.10g}" for i, (x, y, z) in enumerate(centres, 1)]
     speeds = [f"{i} {u:.10g} {v:.10g} {w:.10g} 0 0 0" for i, (u, v, w) in enumerate(velocities, 1)]
-    head = f"grains\n\n{len(centres)} atoms\n2 atom types\n{-half} {half} xlo xhi\n{-half} {half} ylo yhi\n{-4 * radius} {top} zlo zhi\n"
+    sides = f"{-half} {half} xlo xhi\n{-half} {half} ylo yhi\n{-4 * radius} {top} zlo zhi\n"
+    head = f"grains\n\n{len(centres)} atoms\n2 atom types\n{sides}"
     (folder / "grains.lmp").write_text("\n".join([head, "Atoms\n", *rows, "", "Velocities\n", *speeds]) + "\n")
     (folder / "in.hourglass").write_text(
         INPUT.format(

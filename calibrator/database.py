@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from calibrator.errors import CalibratorError
 from calibrator.problem import Problem, known
@@ -42,15 +41,13 @@ class Database:
         rows = sorted(self.records.values(), key=lambda r: (r.request.setup, r.run_id))
         parameters = [n for n in PARAMETERS if any(n in r.request.parameters for r in rows)]
         responses = [n for n in RESPONSES if any(n in r.responses for r in rows)]
-        stream = io.StringIO()
-        for line in [f"response database, schema {SCHEMA}", *note.splitlines(), _units(parameters, responses)]:
-            stream.write(f"# {line}\n")
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([*LEADING, *parameters, *responses, *TRAILING])
-        writer.writerows(_row(r, parameters, responses) for r in rows)
-        temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+        columns = [*LEADING, *parameters, *responses, *TRAILING]
+        frame = pd.DataFrame([_row(r, parameters, responses) for r in rows], columns=columns, dtype=str)
+        notes = [f"response database, schema {SCHEMA}", *note.splitlines(), _units(parameters, responses)]
+        head = "".join(f"# {line}\n" for line in notes)
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(stream.getvalue())
+        temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+        temporary.write_text(head + frame.to_csv(index=False, lineterminator="\n"))
         os.replace(temporary, path)
 
     @classmethod
@@ -62,12 +59,15 @@ class Database:
             raise CalibratorError(
                 f"cannot read the database {path} ({error}): correct the path or run `calibrator collect`"
             ) from None
-        body = [(i, line) for i, line in enumerate(lines, 1) if not line.startswith("#")]
-        if not lines or not lines[0].startswith(f"# response database, schema {SCHEMA}") or not body:
+        notes = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
+        if not lines or not lines[0].startswith(f"# response database, schema {SCHEMA}") or notes == len(lines):
             raise CalibratorError(f"{path} is not a response database of schema {SCHEMA}: make it anew with `calibrator collect`")
-        rows = csv.DictReader(line for _, line in body)
+        try:
+            frame = pd.read_csv(path, skiprows=notes, dtype=str, keep_default_na=False)
+        except ValueError as error:
+            raise CalibratorError(f"{path}: {str(error).strip()}; restore the file from its source") from None
         records = []
-        for (number, _), row in zip(body[1:], rows, strict=True):
+        for number, row in enumerate(frame.to_dict("records"), notes + 2):
             try:
                 records.append(_record(row))
             except (CalibratorError, ValueError, TypeError, KeyError) as error:

@@ -94,6 +94,8 @@ class Target:
         for name in ("scatter", "weight", "tolerance"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise CalibratorError(f"target {self.key}: {name} = {getattr(self, name)}; give zero or a positive number")
+        if self.scatter == 0 and self.tolerance == 0:
+            raise CalibratorError(f"target {self.key} has neither scatter nor tolerance: give at least one of them")
         if self.replicates < 1:
             raise CalibratorError(f"target {self.key}: replicates = {self.replicates}; give 1 or more")
 
@@ -124,6 +126,11 @@ class Problem:
         if not self.targets:
             raise CalibratorError("no target: give the measured file a row with role calibrate")
         names = [p.name for p in self.parameters]
+        keys = [t.key for t in (*self.targets, *self.held_out)]
+        for what in (names, keys):
+            twice = [x for x in what if what.count(x) > 1]
+            if twice:
+                raise CalibratorError(f"{twice[0]} is given twice: keep one of them")
         clash = sorted(set(names) & set(self.fixed))
         if clash:
             raise CalibratorError(f"{clash[0]} is both calibrated and fixed: remove it from one of the two")

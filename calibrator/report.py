@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import base64
 import csv
 import functools
-import html
 import importlib.metadata
-import math
 import platform
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,19 +19,45 @@ from calibrator.errors import CalibratorError
 from calibrator.interpolation import Interpolant, average_replicates
 from calibrator.nsga2 import SearchResult
 from calibrator.objectives import OBJECTIVES
-from calibrator.plan import plan_requests, substitutes
+from calibrator.page import (
+    Album,
+    amount,
+    axis_label,
+    key_words,
+    listed,
+    mark,
+    note,
+    number,
+    page,
+    paragraph,
+    percent,
+    response,
+    section,
+    table,
+    text,
+    unit,
+    with_error,
+    words,
+)
 from calibrator.problem import Target
-from calibrator.quantities import PARAMETERS, RESPONSES, SETUPS, STATUSES, Quantity
+from calibrator.quantities import PARAMETERS, SETUPS, STATUSES, Quantity
 from calibrator.records import Record
 from calibrator.runner import gather
+from calibrator.scenes import scenes
 from calibrator.selection import bands
-from calibrator.workflow import Workspace, fit, probe_request, search_fronts, validation_requests, verification_requests
+from calibrator.workflow import (
+    Workspace,
+    database_records,
+    fit,
+    probe_request,
+    search_fronts,
+    validation_requests,
+    verification_requests,
+)
 
-DOTS, CSS_PIXELS = 160, 104  # per inch of a figure: in the PNG and on the page
 PACKAGES = ("numpy", "scipy", "scikit-learn", "pymoo", "matplotlib")
 SLICE_POSITIONS = 121
 REACH = 0.35  # of the box's half diagonal: a run this far from a slice is drawn at 1/e of full strength
-SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 STALE = 1e-6  # relative difference of a prediction that rounding cannot explain
 
 
@@ -52,9 +75,9 @@ def write_report(space: Workspace) -> dict[str, Any]:
     for old in folder.glob("*.png"):
         old.unlink()
     album = Album(folder)
-    page = _page(space.case.name, [section(findings, album) for section in SECTIONS])
+    whole = page(space.case.name, [make(findings, album) for make in SECTIONS])
     path = space.path / "report.html"
-    path.write_text(page, encoding="utf-8")
+    path.write_text(whole, encoding="utf-8")
     return space.note("report", {"page": str(path), "figures": [str(p) for p in album.paths]})
 
 
@@ -75,8 +98,7 @@ class Findings:
         """Gather the runs and repeat interpolation and search."""
         space.outcome("calibrate")
         case = space.case
-        records = space.finished(plan_requests(case))
-        records += space.finished(substitutes(records))
+        records = database_records(space)
         interpolant = fit(case.problem, records, case.interpolation.method)
         return cls(
             space,
@@ -120,150 +142,11 @@ class Findings:
 
     def command(self, verb: str) -> str:
         """The command that does a step, as HTML."""
-        return f"<code>{_text(f'calibrator {verb} {self.space.case.path}')}</code>"
-
-
-class Album:
-    """Keeps each figure as a PNG in a folder and embeds it in the page."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.paths: list[Path] = []
-
-    def figure(self, name: str, caption: str, draw: Callable[[], plot.Figure]) -> str:
-        """A figure element; where there is nothing to draw, a sentence that says so."""
-        try:
-            picture = plot.png(draw(), DOTS)
-        except CalibratorError as error:
-            return _note(f"Figure left out: {error}")
-        path = self.folder / f"{name}.png"
-        path.write_bytes(picture)
-        self.paths.append(path)
-        source = base64.b64encode(picture).decode()
-        width = int.from_bytes(picture[16:20], "big") * CSS_PIXELS // DOTS  # of the PNG header: the same text size in all figures
-        return (
-            f'<figure><div class="wide"><img alt="{_text(caption)}" style="width:{width}px;min-width:{width * 5 // 8}px" '
-            f'src="data:image/png;base64,{source}"></div><figcaption>{_text(caption)}</figcaption></figure>'
-        )
-
-
-# Words and numbers
-
-
-def _text(words: object) -> str:
-    return html.escape(str(words))
-
-
-def _number(value: float | None, digits: int = 4) -> str:
-    """A number for people: 0.2314, 1590, 2.9×10⁶; a dash where there is none."""
-    if value is None:
-        return "–"
-    if value == 0 or 1e-3 <= abs(value) < 1e5:
-        rounded = f"{value:.{digits}g}"
-        return (f"{value:.0f}" if "e" in rounded else rounded).replace("-", "−")
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return f"{mantissa.replace('-', '−')}×10{str(int(exponent)).translate(SUPERSCRIPT)}"
-
-
-def _percent(share: float | None, signed: bool = True, digits: int = 2) -> str:
-    if share is None:
-        return "–"
-    rounded = round(100 * share, digits) + 0.0  # the sum turns -0.0 into 0.0
-    return f"{rounded:{'+' if signed and rounded else ''}.{digits}f}\u00a0%".replace(
-        "-", "−"
-    )  # never broken between number and sign
-
-
-def _with_error(value: float, error: float) -> str:
-    """1577 ± 3, 53.5 ± 1.4: the error with one digit, two where the first is 1 or 2, and the value with as many decimals."""
-    if error <= 0:
-        return _number(value)
-    exponent = math.floor(math.log10(error))
-    decimals = max(0, (1 if error < 3 * 10**exponent else 0) - exponent)
-    return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
-
-
-def _unit(quantity: Quantity) -> str:
-    return {"1": "", "deg": "°", "kg/m3": "kg/m³"}.get(quantity.unit, quantity.unit)
-
-
-def _amount(value: float, quantity: Quantity, digits: int = 3) -> str:
-    unit = _unit(quantity)
-    return f"{_number(value, digits)}{'' if unit in ('', '°') else ' '}{unit}"
-
-
-def _axis(quantity: Quantity) -> str:
-    """Axis label with the unit as it is printed."""
-    return quantity.label.replace("[kg/m3]", "[kg/m³]").replace("[deg]", "[°]")
-
-
-def _words(name: str) -> str:
-    return name.removesuffix("_deg").replace("_", " ")
-
-
-def _response(key: str) -> Quantity:
-    return RESPONSES[key.split(".")[1]]
-
-
-def _key_words(key: str) -> str:
-    setup, response = key.split(".")
-    return f"{_words(response)} ({_words(setup)})"
-
-
-def _listed(words: Sequence[str]) -> str:
-    """a, b and c."""
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1] if words else ""
-
-
-# Pieces of HTML; arguments named `body` or `cells` are HTML already, all others are escaped here
-
-
-def _section(title: str, *body: str) -> str:
-    return f"<section><h2>{_text(title)}</h2>\n" + "\n".join(part for part in body if part) + "\n</section>"
-
-
-def _paragraph(body: str, kind: str = "") -> str:
-    return f'<p class="{kind}">{body}</p>' if kind else f"<p>{body}</p>"
-
-
-def _note(words: str) -> str:
-    return _paragraph(_text(words), "note")
+        return f"<code>{text(f'calibrator {verb} {self.space.case.path}')}</code>"
 
 
 def _missing(findings: Findings, what: str, verb: str) -> str:
-    return _paragraph(f"{_text(what)} is missing: run {findings.command(verb)}, then {findings.command('report')}.", "missing")
-
-
-def _table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], strong: int | None = None) -> str:
-    """A table of HTML cells; the first cell of a row is its heading, `strong` the number of a column to be stressed."""
-
-    def cells(row: Sequence[str], tag: str) -> str:
-        marks = [' class="strong"' if i == strong else "" for i in range(len(row))]
-        tags = ["th" if i == 0 else tag for i in range(len(row))]
-        return "<tr>" + "".join(f"<{t}{m}>{c}</{t}>" for t, m, c in zip(tags, marks, row, strict=True)) + "</tr>"
-
-    body = "\n".join(cells(row, "td") for row in rows)
-    return (
-        f'<div class="wide"><table><caption>{_text(caption)}</caption><thead>{cells(head, "th")}</thead>'
-        f"<tbody>\n{body}\n</tbody></table></div>"
-    )
-
-
-def _mark(passed: bool | None, yes: str = "met", no: str = "missed") -> str:
-    if passed is None:
-        return "–"
-    return f'<span class="{"yes" if passed else "no"}">{"✓" if passed else "✗"} {yes if passed else no}</span>'
-
-
-def _page(title: str, sections: Sequence[str]) -> str:
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Calibration of {_text(title)}</title>\n<style>{CSS}</style></head>\n<body><main>\n"
-        + "\n".join(part for part in sections if part)
-        + "\n</main></body></html>\n"
-    )
+    return paragraph(f"{text(what)} is missing: run {findings.command(verb)}, then {findings.command('report')}.", "missing")
 
 
 # What was asked, and the answer
@@ -274,19 +157,19 @@ def _answer(findings: Findings, album: Album) -> str:
     case = findings.space.case
     return "\n".join(
         [
-            f"<header><h1>Calibration of {_text(_words(case.name))}</h1>{_paragraph(_text(case.about), 'about')}</header>",
-            _section("What was asked", _paragraph(_question(findings)), _targets_table(findings)),
-            _section("The answer", *_warnings(findings), _paragraph(_sentences(findings), "answer"), _parameters_table(findings)),
+            f"<header><h1>Calibration of {text(words(case.name))}</h1>{paragraph(text(case.about), 'about')}</header>",
+            section("What was asked", paragraph(_question(findings)), _targets_table(findings)),
+            section("The answer", *_warnings(findings), paragraph(_sentences(findings), "answer"), _parameters_table(findings)),
         ]
     )
 
 
 def _question(findings: Findings) -> str:
     problem = findings.space.case.problem
-    held_out = _listed([_key_words(t.key) for t in problem.held_out])
-    return _text(
-        f"Which {_listed([_words(n) for n in problem.names])} make YADE reproduce the measured "
-        f"{_listed([_key_words(t.key) for t in problem.targets])}, with the least computing time?"
+    held_out = listed([key_words(t.key) for t in problem.held_out])
+    return text(
+        f"Which {listed([words(n) for n in problem.names])} make YADE reproduce the measured "
+        f"{listed([key_words(t.key) for t in problem.targets])}, with the least computing time?"
         + (f" Held out to test the answer: {held_out}." if held_out else "")
     )
 
@@ -295,16 +178,16 @@ def _targets_table(findings: Findings) -> str:
     problem = findings.space.case.problem
     rows = [_target_row(t, "calibrate") for t in problem.targets] + [_target_row(t, "held out") for t in problem.held_out]
     head = ["response", "measured", "scatter of one", "repeats", "weight", "tolerance", "role"]
-    return _table("Measured responses", head, rows)
+    return table("Measured responses", head, rows)
 
 
 def _target_row(target: Target, role: str) -> list[str]:
-    numbers = [_number(target.value), _number(target.scatter or None), str(target.replicates), _number(target.weight)]
-    return [_heading(target), *numbers, _percent(target.tolerance, False, 1), role]
+    numbers = [number(target.value), number(target.scatter or None), str(target.replicates), number(target.weight)]
+    return [_heading(target), *numbers, percent(target.tolerance, False, 1), role]
 
 
 def _heading(target: Target) -> str:
-    return _text(_key_words(target.key)) + _in_unit(_response(target.key))
+    return text(key_words(target.key)) + _in_unit(response(target.key))
 
 
 def _warnings(findings: Findings) -> list[str]:
@@ -316,13 +199,13 @@ def _warnings(findings: Findings) -> list[str]:
         alarms.append("The targets are out of reach. " + " ".join(_spoken(findings, s) for s in missed))
     if findings.stale:
         alarms.append("The database has changed since the calibration: run `calibrator calibrate` again before using this page.")
-    return [_paragraph(_text(alarm), "alarm") for alarm in alarms]
+    return [paragraph(text(alarm), "alarm") for alarm in alarms]
 
 
 def _spoken(findings: Findings, sentence: str) -> str:
     """A sentence of the summary with the targets in words."""
     for target in findings.space.case.problem.targets:
-        sentence = sentence.replace(target.key, _key_words(target.key))
+        sentence = sentence.replace(target.key, key_words(target.key))
     return f"{sentence[:1].upper()}{sentence[1:]}."
 
 
@@ -336,10 +219,10 @@ def _said_values(findings: Findings) -> str:
     for profile in findings.calibration["identifiability"]["parameters"]:
         quantity, (low, high) = PARAMETERS[profile["name"]], profile["interval_95"]
         said.append(
-            f"<b>{_text(_words(quantity.name))} {_text(_amount(chosen[quantity.name], quantity))}</b> "
-            f"(95 %: {_number(low, 3)} to {_number(high, 3)})"
+            f"<b>{text(words(quantity.name))} {text(amount(chosen[quantity.name], quantity))}</b> "
+            f"(95 %: {number(low, 3)} to {number(high, 3)})"
         )
-    return f"Use {_listed(said)}."
+    return f"Use {listed(said)}."
 
 
 def _said_verified(findings: Findings) -> str:
@@ -347,20 +230,20 @@ def _said_verified(findings: Findings) -> str:
     if outcome is None:
         return f"This is a promise of the interpolant, <b>not verified yet</b>: run {findings.command('verify')}."
     rows = outcome["candidates"]["compromise"]["responses"]
-    missed = [_key_words(r["key"]) for r in rows if not r["passed"]]
+    missed = [key_words(r["key"]) for r in rows if not r["passed"]]
     if not rows:
         return "The verification <b>failed</b>: no fresh run of the compromise was good."
     if outcome["passed"]:
         return f"<b>Verified:</b> the mean of {rows[0]['runs']} fresh YADE runs meets every target."
-    return f"<b>Not verified:</b> fresh YADE runs miss {_text(_listed(missed))}."
+    return f"<b>Not verified:</b> fresh YADE runs miss {text(listed(missed))}."
 
 
 def _said_pinned(findings: Findings) -> str:
     profiles = findings.calibration["identifiability"]["parameters"]
-    loose = [_words(p["name"]) for p in profiles if not p["pinned"]]
+    loose = [words(p["name"]) for p in profiles if not p["pinned"]]
     if not loose:
         return "The measurements pin down every parameter."
-    return f"The measurements <b>do not pin down</b> {_text(_listed(loose))}: other values are about as good."
+    return f"The measurements <b>do not pin down</b> {text(listed(loose))}: other values are about as good."
 
 
 def _said_outside(findings: Findings) -> str:
@@ -368,7 +251,7 @@ def _said_outside(findings: Findings) -> str:
     chosen = findings.candidates["compromise"]["parameters"]
     profiles = findings.calibration["identifiability"]["parameters"]
     outside = [p["name"] for p in profiles if not p["interval_95"][0] <= chosen[p["name"]] <= p["interval_95"][1]]
-    names = _text(_listed([_words(name) for name in outside]))
+    names = text(listed([words(name) for name in outside]))
     return f"To save computing time the compromise leaves the 95 % interval of {names}." if outside else ""
 
 
@@ -376,11 +259,11 @@ def _said_truth(findings: Findings) -> str:
     """How far the compromise is from the parameters behind a synthetic lab; empty for a real one."""
     chosen = findings.candidates["compromise"]["parameters"]
     off = [
-        f"{_words(p['name'])} {_percent(chosen[p['name']] / p['truth'] - 1, digits=1)}"
+        f"{words(p['name'])} {percent(chosen[p['name']] / p['truth'] - 1, digits=1)}"
         for p in findings.calibration["identifiability"]["parameters"]
         if p["truth"]
     ]
-    return f"The lab is synthetic; from the truth behind it the compromise is off by {_text(_listed(off))}." if off else ""
+    return f"The lab is synthetic; from the truth behind it the compromise is off by {text(listed(off))}." if off else ""
 
 
 def _parameters_table(findings: Findings) -> str:
@@ -390,20 +273,20 @@ def _parameters_table(findings: Findings) -> str:
     for parameter, profile in zip(problem.parameters, findings.calibration["identifiability"]["parameters"], strict=True):
         quantity = PARAMETERS[parameter.name]
         row = [
-            _text(_words(parameter.name)) + _in_unit(quantity),
-            _number(chosen[parameter.name]),
+            text(words(parameter.name)) + _in_unit(quantity),
+            number(chosen[parameter.name]),
             _range(*profile["interval_95"]),
-            _number(profile["best"]),
+            number(profile["best"]),
             _range(parameter.low, parameter.high),
-            _mark(profile["pinned"], "yes", "no"),
+            mark(profile["pinned"], "yes", "no"),
         ]
-        rows.append(row + [_number(profile["truth"])] * truth_known)
+        rows.append(row + [number(profile["truth"])] * truth_known)
     head = ["parameter", "compromise", "95 % interval", "best fit", "searched", "pinned down"] + ["truth"] * truth_known
-    return _table("Calibrated parameters", head, rows, 1) + _paragraph(_text(_reason(findings)), "small")
+    return table("Calibrated parameters", head, rows, 1) + paragraph(text(_reason(findings)), "small")
 
 
 def _range(low: float, high: float) -> str:
-    return f"{_number(low, 3)} to {_number(high, 3)}"
+    return f"{number(low, 3)} to {number(high, 3)}"
 
 
 def _reason(findings: Findings) -> str:
@@ -421,24 +304,24 @@ def _pictures(findings: Findings, album: Album) -> str:
     """Grains of one run per set-up."""
     case = findings.space.case
     setups = [s for s in SETUPS if any(t.setup == s for t in (*case.problem.targets, *case.problem.held_out))]
-    return _section("The set-ups", *(_picture(findings, album, setup) for setup in setups))
+    return section("The set-ups", *(_picture(findings, album, setup) for setup in setups))
 
 
 def _picture(findings: Findings, album: Album, setup: str) -> str:
     found = _run_with_curves(findings, setup)
     if found is None:
         verb = "verify" if setup in findings.space.case.problem.calibration_setups else "validate"
-        return _missing(findings, f"The picture of the {_words(setup)}", verb)
+        return _missing(findings, f"The picture of the {words(setup)}", verb)
     record, arrays = found
     p = {name: float(value) for name, value in record.request.parameters.items() if not isinstance(value, str)}
-    values = ", ".join(f"{_words(n)} {_number(p[n], 3)}" for n in findings.space.case.problem.names)
+    values = ", ".join(f"{words(n)} {number(p[n], 3)}" for n in findings.space.case.problem.names)
     view = "; the grains in front of the axis are cut away" if setup == "hourglass" else ""
     caption = (
-        f"{_words(setup).capitalize()} in YADE: {len(arrays['filled'])} grains filled, {len(arrays['final'])} at rest after the "
+        f"{words(setup).capitalize()} in YADE: {len(arrays['filled'])} grains filled, {len(arrays['final'])} at rest after the "
         f"release{view}. Red: the scanned surface (mean). Run {record.run_id} with {values}."
     )
-    scenes = _scenes(setup, p, arrays)
-    return album.figure(f"packing_{setup}", caption, lambda: plot.packing(scenes, p["particle_radius"], setup == "hourglass"))
+    moments = scenes(setup, p, arrays)
+    return album.figure(f"packing_{setup}", caption, lambda: plot.packing(moments, p["particle_radius"], setup == "hourglass"))
 
 
 def _run_with_curves(findings: Findings, setup: str) -> tuple[Record, dict[str, np.ndarray]] | None:
@@ -475,67 +358,27 @@ def _curves(findings: Findings, record: Record) -> dict[str, np.ndarray]:
         raise CalibratorError(f"{path} is damaged ({error}): delete it and its record, then run the verbs again") from None
 
 
-def _scenes(setup: str, p: Mapping[str, float], arrays: Mapping[str, np.ndarray]) -> list[plot.Scene]:
-    top = float(arrays["filled"][:, 2].max() + 2 * p["particle_radius"])
-    outlines = {"hourglass": _hourglass, "ledge": _ledge, "conical_pile": _pile}[setup](p, top)
-    moments = zip(("filled", "final"), ("filled", "at rest"), outlines, (None, _surface(arrays)), strict=True)
-    return [plot.Scene(title, arrays[name], outline, surface) for name, title, outline, surface in moments]
-
-
-def _surface(arrays: Mapping[str, np.ndarray]) -> np.ndarray | None:
-    """Scanned profile (k, 2) of x and z [m], mirrored where it was scanned over the radius."""
-    if "profile_x" in arrays:
-        return np.column_stack([arrays["profile_x"], arrays["profile_height"]])
-    if "profile_radius" not in arrays:
-        return None
-    radius, height = arrays["profile_radius"], arrays["profile_height"]
-    return np.column_stack([np.concatenate([-radius[::-1], radius]), np.concatenate([height[::-1], height])])
-
-
-Outline = tuple[np.ndarray, ...]
-
-
-def _hourglass(p: Mapping[str, float], top: float) -> tuple[Outline, Outline]:
-    """Walls with the plug in place, and without it."""
-    wall, neck = p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
-    left, right = np.array([[-wall, top], [-wall, 0], [-neck, 0]]), np.array([[wall, top], [wall, 0], [neck, 0]])
-    return (left, right, np.array([[-neck, 0], [neck, 0]])), (left, right)
-
-
-def _ledge(p: Mapping[str, float], top: float) -> tuple[Outline, Outline]:
-    """Box with its flap, and without it."""
-    length = p["box_length"]
-    box = np.array([[0, top], [0, 0], [length, 0]])
-    return (box, np.array([[length, 0], [length, top]])), (box,)
-
-
-def _pile(p: Mapping[str, float], top: float) -> tuple[Outline, Outline]:
-    """Cylinder on the plane, then nothing."""
-    wall = p["cylinder_diameter"] / 2
-    return (np.array([[-wall, top], [-wall, 0], [wall, 0], [wall, top]]),), ()
-
-
 # Calibration
 
 
 def _calibration(findings: Findings, album: Album) -> str:
     """The interpolant, the search, and what the targets say."""
     keys = [t.key for t in findings.space.case.problem.targets]
-    return _section(
+    return section(
         "Calibration",
-        _paragraph(_text(_said_database(findings))),
+        paragraph(text(_said_database(findings))),
         *(_slices(findings, album, key) for key in keys),
         _parity(findings, album),
         _front(findings, album),
         _distance(findings, album),
         _likelihood(findings, album),
-        *(_paragraph(_text(_spoken(findings, s)), "small") for s in findings.calibration["reachability"]["sentences"]),
+        *(paragraph(text(_spoken(findings, s)), "small") for s in findings.calibration["reachability"]["sentences"]),
     )
 
 
 def _said_database(findings: Findings) -> str:
     good = sum(r.status == "ok" for r in findings.records)
-    noise = ", ".join(f"{_key_words(k)} {_amount(v, _response(k), 2)}" for k, v in findings.calibration["seed_noise"].items())
+    noise = ", ".join(f"{key_words(k)} {amount(v, response(k), 2)}" for k, v in findings.calibration["seed_noise"].items())
     return (
         f"The interpolant rests on {good} good runs at {len(_means(findings)[0])} parameter sets. "
         f"Seed noise of a single run: {noise}."
@@ -555,10 +398,10 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     band = float(bands(problem, noise)[index])
     panels = [_slice(findings, column, i) for i in range(len(problem.names))]
     caption = (
-        f"{_key_words(key).capitalize()} along each parameter, the others at the compromise. The band around the target is the "
+        f"{key_words(key).capitalize()} along each parameter, the others at the compromise. The band around the target is the "
         "tolerance or twice the seed noise, whichever is larger; bars are one standard error of the mean."
     )
-    label = _axis(_response(key))
+    label = axis_label(response(key))
     return album.figure(f"slices_{key.replace('.', '_')}", caption, lambda: plot.slices(panels, label, target.value, band))
 
 
@@ -572,7 +415,7 @@ def _slice(findings: Findings, column: int, axis: int) -> plot.Slice:
     away = np.delete((points[there] - findings.compromise) / (problem.high - problem.low), axis, axis=1)
     distance = np.sqrt(np.mean(away**2, axis=1)) if away.shape[1] else np.zeros(there.sum())
     return plot.Slice(
-        _axis(PARAMETERS[problem.names[axis]]),
+        axis_label(PARAMETERS[problem.names[axis]]),
         float(findings.compromise[axis]),
         line[:, axis],
         mean[:, column],
@@ -586,7 +429,7 @@ def _slice(findings: Findings, column: int, axis: int) -> plot.Slice:
 
 def _parity(findings: Findings, album: Album) -> str:
     predicted, std = findings.interpolant.leave_one_out()
-    labels = [_axis(_response(key)) for key in findings.interpolant.responses]
+    labels = [axis_label(response(key)) for key in findings.interpolant.responses]
     caption = "Each parameter set predicted from the others alone (leave-one-out); bars: the standard deviation it was given."
     return album.figure("parity", caption, lambda: plot.parity(_means(findings)[1], predicted, std, labels))
 
@@ -594,10 +437,10 @@ def _parity(findings: Findings, album: Album) -> str:
 def _front(findings: Findings, album: Album) -> str:
     front = findings.fronts[0]
     if len(front.names) < 2:
-        return _note("The search had a single objective: there is no front to draw.")
+        return note("The search had a single objective: there is no front to draw.")
     names = [f"{OBJECTIVES[n].symbol}: {OBJECTIVES[n].about}" for n in front.names[:2]]
     marks = {label: [c["objectives"][n] for n in front.names[:2]] for label, c in findings.candidates.items()}
-    axes = [f"{OBJECTIVES[n].symbol} ({_words(n)})" for n in front.names[:2]]
+    axes = [f"{OBJECTIVES[n].symbol} ({words(n)})" for n in front.names[:2]]
     caption = f"The population of the genetic algorithm on its way to the Pareto front. {names[0]}; {names[1]}."
     snapshots = {generation: objectives[:, :2] for generation, (_, objectives) in front.snapshots.items()}
     return album.figure("front_evolution", caption, lambda: plot.front_evolution(snapshots, front.objectives[:, :2], axes, marks))
@@ -613,7 +456,7 @@ def _likelihood(findings: Findings, album: Album) -> str:
     chosen = findings.candidates["compromise"]["parameters"]
     found = [
         plot.Profile(
-            _axis(PARAMETERS[p["name"]]),
+            axis_label(PARAMETERS[p["name"]]),
             np.array(p["positions"]),
             np.array(p["chi2"]),
             tuple(p["interval_95"]),
@@ -636,29 +479,28 @@ def _candidates_table(findings: Findings, album: Album) -> str:
     """Like the paper's Table 6."""
     found, problem = findings.candidates, findings.space.case.problem
     rows = [
-        [_text(_words(n)) + _in_unit(PARAMETERS[n]), *(_number(c["parameters"][n]) for c in found.values())]
-        for n in problem.names
+        [text(words(n)) + _in_unit(PARAMETERS[n]), *(number(c["parameters"][n]) for c in found.values())] for n in problem.names
     ]
-    rows += [[f"error of {_text(_key_words(t.key))}", *(_promised_error(t, c) for c in found.values())] for t in problem.targets]
+    rows += [[f"error of {text(key_words(t.key))}", *(_promised_error(t, c) for c in found.values())] for t in problem.targets]
     for name in found["compromise"]["objectives"]:
         symbol = OBJECTIVES[name].symbol
-        rows.append([f"{_text(symbol)} ({_text(_words(name))})", *(_number(c["objectives"][name]) for c in found.values())])
+        rows.append([f"{text(symbol)} ({text(words(name))})", *(number(c["objectives"][name]) for c in found.values())])
     caption = "Calibration: compromise and individuals, with the errors and objectives that the interpolant promises"
-    note = "Errors are (predicted − target) / target ± one standard error of the interpolant."
-    return _section("Candidates on the front", _table(caption, ["", *map(_short, found)], rows, 1), _note(note))
+    meaning = "Errors are (predicted − target) / target ± one standard error of the interpolant."
+    return section("Candidates on the front", table(caption, ["", *map(_short, found)], rows, 1), note(meaning))
 
 
 def _in_unit(quantity: Quantity) -> str:
-    return f" [{_text(_unit(quantity))}]" if _unit(quantity) else ""
+    return f" [{text(unit(quantity))}]" if unit(quantity) else ""
 
 
 def _short(candidate: str) -> str:
-    return _text(candidate.removeprefix("individual "))
+    return text(candidate.removeprefix("individual "))
 
 
 def _promised_error(target: Target, candidate: Mapping[str, Any]) -> str:
     promised, size = candidate["predicted"][target.key], abs(target.value)
-    error = _percent((promised["mean"] - target.value) / size).removesuffix("\u00a0%")
+    error = percent((promised["mean"] - target.value) / size).removesuffix("\u00a0%")
     return f"{error} ± {100 * promised['error'] / size:.2f} %"
 
 
@@ -666,16 +508,14 @@ def _verification(findings: Findings, album: Album) -> str:
     """Like the paper's Table 7, with the curves of the fresh runs."""
     found = findings.outcome("verify")
     if found is None:
-        return _section("Verification", _missing(findings, "The verification with fresh YADE runs", "verify"))
+        return section("Verification", _missing(findings, "The verification with fresh YADE runs", "verify"))
     outcome = {label: found["candidates"][label] for label in findings.candidates if label in found["candidates"]}
     caption = "Fresh YADE runs of each candidate against the measurement. Filled: simulated; open: promised by the interpolant."
     rows = _deviations(outcome)
-    return _section(
+    return section(
         "Verification",
         _verification_table(findings, outcome),
-        _note(
-            "Means of runs with new seeds ± one standard error, and (simulated − target) / target. None was used to calibrate."
-        ),
+        note("Means of runs with new seeds ± one standard error, and (simulated − target) / target. None was used to calibrate."),
         album.figure("verification", caption, lambda: plot.verification(rows)),
         _run_curves(findings, album),
     )
@@ -685,21 +525,21 @@ def _verification_table(findings: Findings, outcome: Mapping[str, Any]) -> str:
     targets = findings.space.case.problem.targets
     by_key = [{r["key"]: r for r in own["responses"]} for own in outcome.values()]
     rows = [[_heading(t), _target_band(t, by_key), *(_simulated_cell(r.get(t.key)) for r in by_key)] for t in targets]
-    rows.append(["O1", "", *(_number(own["o1"], 3) for own in outcome.values())])
+    rows.append(["O1", "", *(number(own["o1"], 3) for own in outcome.values())])
     rows.append(["good runs", "", *(str(own["statuses"].get("ok", 0)) for own in outcome.values())])
-    rows.append(["verdict", "", *(_mark(own["passed"], "passed", "failed") for own in outcome.values())])
+    rows.append(["verdict", "", *(mark(own["passed"], "passed", "failed") for own in outcome.values())])
     caption = "Verification: simulated responses of compromise and individuals, and their errors"
-    return _table(caption, ["", "target ± band", *map(_short, outcome)], rows, 2)
+    return table(caption, ["", "target ± band", *map(_short, outcome)], rows, 2)
 
 
 def _target_band(target: Target, by_key: Sequence[Mapping[str, Any]]) -> str:
     """The measured value as it was given, and the band; no rounding of the one to the other."""
     band = next((r[target.key]["band"] for r in by_key if target.key in r), None)
-    return _number(target.value) + (f" ± {_number(band, 2)}" if band else "")
+    return number(target.value) + (f" ± {number(band, 2)}" if band else "")
 
 
 def _simulated(row: Mapping[str, Any] | None) -> str:
-    return "no good run" if row is None else _with_error(row["simulated"], row["standard_error"])
+    return "no good run" if row is None else with_error(row["simulated"], row["standard_error"])
 
 
 def _simulated_cell(row: Mapping[str, Any] | None) -> str:
@@ -707,7 +547,7 @@ def _simulated_cell(row: Mapping[str, Any] | None) -> str:
     if row is None:
         return _simulated(row)
     kind, sign = ("yes", "✓") if row["passed"] else ("no", "✗")
-    return f'{_simulated(row)}<br><span class="{kind}">{_percent(row["relative_error"])} {sign}</span>'
+    return f'{_simulated(row)}<br><span class="{kind}">{percent(row["relative_error"])} {sign}</span>'
 
 
 def _deviations(outcome: Mapping[str, Any]) -> list[plot.Deviation]:
@@ -717,7 +557,7 @@ def _deviations(outcome: Mapping[str, Any]) -> list[plot.Deviation]:
 def _deviation(label: str, row: Mapping[str, Any]) -> plot.Deviation:
     size = abs(row["target"])
     promised = None if row["predicted"] is None else (row["predicted"] - row["target"]) / size
-    title = _words(row["key"].split(".")[1])
+    title = words(row["key"].split(".")[1])
     return plot.Deviation(label, title, row["relative_error"], row["standard_error"] / size, promised, row["band"] / size)
 
 
@@ -725,25 +565,25 @@ def _validation(findings: Findings, album: Album) -> str:
     """Like the paper's Tables 8 and 9: measurements that were not used."""
     problem, outcome = findings.space.case.problem, findings.outcome("validate")
     if not problem.held_out:
-        return _section(
-            "Validation", _note("No measurement was held out: give a row of the lab file the role held_out to validate.")
+        return section(
+            "Validation", note("No measurement was held out: give a row of the lab file the role held_out to validate.")
         )
     if outcome is None:
-        return _section("Validation", _missing(findings, "The validation on measurements not used", "validate"))
+        return section("Validation", _missing(findings, "The validation on measurements not used", "validate"))
     by_key = {r["key"]: r for r in outcome["responses"]}
     rows = [_validation_row(t, by_key.get(t.key)) for t in problem.held_out]
     head = ["response", "measured ± band", "simulated", "error", "good runs", "verdict"]
     own = _by_setup(findings, {"compromise": findings.validated})
     figures = [_profiles(findings, album, setup, runs) for setup, runs in own.items()]
     caption = "Validation: the compromise predicts measurements that were not used"
-    return _section("Validation", _table(caption, head, rows, 2), *figures)
+    return section("Validation", table(caption, head, rows, 2), *figures)
 
 
 def _validation_row(target: Target, row: Mapping[str, Any] | None) -> list[str]:
     if row is None:
-        return [_heading(target), _number(target.value), "no good run", "–", "0", _mark(False)]
+        return [_heading(target), number(target.value), "no good run", "–", "0", mark(False)]
     measured = _target_band(target, [{target.key: row}])
-    return [_heading(target), measured, _simulated(row), _percent(row["relative_error"]), str(row["runs"]), _mark(row["passed"])]
+    return [_heading(target), measured, _simulated(row), percent(row["relative_error"]), str(row["runs"]), mark(row["passed"])]
 
 
 # Curves of single runs
@@ -766,16 +606,16 @@ def _run_curves(findings: Findings, album: Album) -> str:
     for setup, runs in _by_setup(findings, ordered).items():
         curves = _pairs(runs, "time", "passed_mass")
         if curves:
-            caption = f"Mass that has passed the neck of the {_words(setup)}, every verification run."
+            caption = f"Mass that has passed the neck of the {words(setup)}, every verification run."
             parts.append(album.figure(f"mass_time_{setup}", caption, functools.partial(plot.mass_time, curves)))
         parts.append(_profiles(findings, album, setup, runs))
-    return "".join(parts) or _note("The verification runs left no curves.")
+    return "".join(parts) or note("The verification runs left no curves.")
 
 
 def _profiles(findings: Findings, album: Album, setup: str, runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]]) -> str:
     across = "profile_x" if setup == "ledge" else "profile_radius"
     curves = _pairs(runs, across, "profile_height")
-    caption = f"Scanned surface of the {_words(setup)} at rest, every run."
+    caption = f"Scanned surface of the {words(setup)} at rest, every run."
     return album.figure(f"profiles_{setup}", caption, lambda: plot.profiles(curves, setup))
 
 
@@ -798,17 +638,17 @@ def _failures(findings: Findings, album: Album) -> str:
     }
     kinds = [k for k in STATUSES if k == "ok" or any(r.status == k for own in stages.values() for r in own)]
     rows = [[stage, *(str(sum(r.status == k for r in own)) for k in kinds)] for stage, own in stages.items() if own]
-    meanings = [_paragraph(f"<b>{_text(k)}</b>: {_text(STATUSES[k])}.", "small") for k in kinds if k != "ok"]
+    meanings = [paragraph(f"<b>{text(k)}</b>: {text(STATUSES[k])}.", "small") for k in kinds if k != "ok"]
     bad = [
-        [r.run_id, stage, _text(r.status), _text(r.error or STATUSES[r.status])]
+        [r.run_id, stage, text(r.status), text(r.error or STATUSES[r.status])]
         for stage, own in stages.items()
         for r in own
         if r.status != "ok"
     ]
-    reasons = _table("Runs without a full set of responses", ["run", "stage", "status", "reason"], bad) if bad else ""
-    words = "" if bad else _paragraph("Every run that was started ended well.")
-    return _section(
-        "Failed and clogged runs", _table("Runs by outcome", ["stage", *map(_text, kinds)], rows), words, *meanings, reasons
+    reasons = table("Runs without a full set of responses", ["run", "stage", "status", "reason"], bad) if bad else ""
+    words = "" if bad else paragraph("Every run that was started ended well.")
+    return section(
+        "Failed and clogged runs", table("Runs by outcome", ["stage", *map(text, kinds)], rows), words, *meanings, reasons
     )
 
 
@@ -819,20 +659,20 @@ def _provenance(findings: Findings, album: Album) -> str:
     runs = [*findings.records, *verified, *findings.validated]
     shipped = findings.summary.get("run", {}).get("from_shipped_database", 0)
     rows = [
-        ["calibrator", _text(__version__)],
-        ["YADE", _text(_distinct(runs, "yade"))],
-        ["scripts (hash)", _text(_distinct(runs, "scripts"))],
-        ["Python", _text(platform.python_version())],
-        *([name, _text(importlib.metadata.version(name))] for name in PACKAGES),
+        ["calibrator", text(__version__)],
+        ["YADE", text(_distinct(runs, "yade"))],
+        ["scripts (hash)", text(_distinct(runs, "scripts"))],
+        ["Python", text(platform.python_version())],
+        *([name, text(importlib.metadata.version(name))] for name in PACKAGES),
         ["runs", f"{len(findings.records)} of the plan, {len(verified)} to verify, {len(findings.validated)} to validate"],
         ["from the shipped database", str(shipped)],
-        ["core-seconds of the plan", _text(_spent_on_plan(findings))],
-        ["core-seconds to verify and validate", _number(_core_seconds([*verified, *findings.validated]))],
+        ["core-seconds of the plan", text(_spent_on_plan(findings))],
+        ["core-seconds to verify and validate", number(_core_seconds([*verified, *findings.validated]))],
     ]
-    return _section(
+    return section(
         "Provenance",
-        _table("Versions, runs and cost", ["", ""], rows),
-        f"<h3>Case file {_text(case.path.name)}</h3><pre>{_text(_case_text(case.path))}</pre>",
+        table("Versions, runs and cost", ["", ""], rows),
+        f"<h3>Case file {text(case.path.name)}</h3><pre>{text(_case_text(case.path))}</pre>",
     )
 
 
@@ -856,7 +696,7 @@ def _spent_on_plan(findings: Findings) -> str:
         return "timings.csv is missing: run `calibrator collect`"
     except (KeyError, TypeError, ValueError) as error:
         raise CalibratorError(f"{findings.space.path}/timings.csv is damaged ({error}): run `calibrator collect` again") from None
-    return f"{_number(spent)} in {len(rows)} runs made here"
+    return f"{number(spent)} in {len(rows)} runs made here"
 
 
 def _core_seconds(records: Sequence[Record]) -> float:
@@ -873,41 +713,3 @@ SECTIONS: tuple[Callable[[Findings, Album], str], ...] = (
     _failures,
     _provenance,
 )
-
-CSS = """
-:root { --ink: #222; --quiet: #5b6270; --line: #d9dce1; --wash: #f5f6f8; --good: #00704f; --bad: #b04300; }
-* { box-sizing: border-box; }
-body { margin: 0; color: var(--ink); background: #fff; font: 16px/1.55 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
-main { max-width: 68rem; margin: 0 auto; padding: 1.5rem 1.25rem 4rem; }
-h1 { font-size: 1.9rem; line-height: 1.2; margin: 0.5rem 0 0.25rem; }
-h2 { font-size: 1.3rem; margin: 2.5rem 0 0.75rem; padding-top: 0.75rem; border-top: 1px solid var(--line); }
-h3 { font-size: 1.05rem; margin: 1.5rem 0 0.5rem; }
-p { margin: 0.6rem 0; max-width: 48rem; }
-.about, .note, .small, figcaption, caption { color: var(--quiet); }
-.note, .small, figcaption { font-size: 0.88rem; }
-.answer { font-size: 1.1rem; padding: 0.9rem 1.1rem; background: var(--wash); border-left: 4px solid #0072b2; max-width: none; }
-.alarm, .missing { padding: 0.8rem 1.1rem; border-left: 4px solid var(--bad); background: #fdf1e9; max-width: none; }
-.alarm { font-weight: 600; font-size: 1.05rem; }
-.missing { border-left-color: #c99a00; background: #fdf8e6; }
-.wide { overflow-x: auto; }
-figure { margin: 1.5rem 0; break-inside: avoid; }
-figure img { display: block; max-width: 100%; height: auto; }
-figcaption { margin-top: 0.4rem; max-width: 48rem; }
-table { border-collapse: collapse; margin: 1rem 0; font-size: 0.9rem; font-variant-numeric: tabular-nums; break-inside: avoid; }
-caption { text-align: left; padding-bottom: 0.35rem; font-size: 0.88rem; white-space: nowrap; }
-th, td { padding: 0.32rem 0.6rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th:first-child { text-align: left; padding-left: 0; font-weight: 500; white-space: normal; min-width: 8.5rem; }
-th:first-child { position: sticky; left: 0; background: #fff; }
-thead th { border-bottom: 2px solid #9aa1ad; font-weight: 600; vertical-align: bottom; }
-.strong { background: var(--wash); font-weight: 600; }
-.yes { color: var(--good); } .no { color: var(--bad); font-weight: 600; }
-code, pre { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: 0.85em; }
-code { background: var(--wash); padding: 0.1em 0.3em; overflow-wrap: anywhere; }
-pre { background: var(--wash); padding: 1rem; overflow-x: auto; line-height: 1.4; }
-@media (max-width: 40rem) { main { padding: 1rem 0.9rem 3rem; } h1 { font-size: 1.5rem; } .answer { font-size: 1rem; } }
-@media print {
-  body { font-size: 10pt; } main { max-width: none; padding: 0; }
-  .wide { overflow: visible; } figure img { min-width: 0 !important; }
-  table { font-size: 7.5pt; } h2 { break-after: avoid; } pre { white-space: pre-wrap; }
-}
-"""

@@ -184,14 +184,14 @@ def _counts(records: Sequence[Record]) -> dict[str, Any]:
     return {"statuses": counts, "failed": failed}
 
 
-def _database_records(space: Workspace) -> list[Record]:
+def database_records(space: Workspace) -> list[Record]:
     records = space.finished(plan_requests(space.case))
     return records + space.finished(substitutes(records))
 
 
 def collect(space: Workspace) -> dict[str, Any]:
     """Gather the finished runs of the plan into database.csv, and their timings into timings.csv."""
-    records = _database_records(space)
+    records = database_records(space)
     if not records:
         raise CalibratorError(f"no finished run in {space.path}: run `calibrator run {space.case.path}` first")
     Database(records).write(space.path / "database.csv", f"case {space.case.name}; calibrator run {space.case.path.name}")
@@ -239,7 +239,7 @@ def search_fronts(case: Case, interpolant: Interpolant) -> list[SearchResult]:
 def calibrate(space: Workspace) -> dict[str, Any]:
     """Interpolate, search the Pareto front, choose the spread individuals and the compromise, say what the data pins down."""
     case, problem = space.case, space.case.problem
-    records = _database_records(space)
+    records = database_records(space)
     interpolant = fit(problem, records, case.interpolation.method)
     fronts = search_fronts(case, interpolant)
     front = fronts[0]
@@ -248,7 +248,8 @@ def calibrate(space: Workspace) -> dict[str, Any]:
     noise = dict(zip(keys, map(float, interpolant.noise), strict=True))
     by_key = [dict(zip(keys, columns.T, strict=True)) for columns in (mean, error)]
     chosen, reason = compromise(problem, front.objectives, by_key[0], by_key[1], noise)
-    labels = {f"individual {chr(ord('A') + i)}": int(index) for i, index in enumerate(spread(front.objectives))}
+    individuals = spread(front.objectives).tolist() if len(front.names) > 1 else []
+    labels = {f"individual {chr(ord('A') + i)}": int(index) for i, index in enumerate(individuals)}
     labels["compromise"] = int(chosen)
     loo, _ = interpolant.leave_one_out()
     _write_front(space.path / "front.csv", case, front, mean)

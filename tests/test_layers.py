@@ -16,10 +16,17 @@ LAYERS = [
     ["runner"],
     ["workflow"],
     ["plot"],
+    ["page", "scenes"],
     ["report"],
     ["cli"],
 ]
-FENCED = {"pymoo": {"nsga2"}, "matplotlib": {"plot"}, "subprocess": {"runner"}, "sklearn": {"interpolation"}}
+FENCED = {
+    "pymoo": {"nsga2"},
+    "matplotlib": {"plot"},
+    "subprocess": {"runner"},
+    "sklearn": {"interpolation"},
+    "pandas": {"database"},
+}
 
 
 def imports(path):

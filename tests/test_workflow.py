@@ -81,7 +81,7 @@ def test_shipped_runs_start_a_plan_but_never_a_verification(write_case, tmp_path
     for verb in (workflow.run_plan, workflow.collect, workflow.calibrate, workflow.verify):
         verb(first)
     everything = [
-        *workflow._database_records(first),
+        *workflow.database_records(first),
         *(r for q in workflow.verification_requests(first).values() for r in first.finished(q)),
     ]
     Database(everything).write(tmp_path / "shipped.csv")
