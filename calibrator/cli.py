@@ -92,14 +92,15 @@ class ProgressBar:
     """Runs done and failed, and time left: a line that rewrites itself on a terminal, a line a minute elsewhere."""
 
     def __init__(self, stream: Any) -> None:
-        self.stream, self.last = stream, float("-inf")
+        self.stream, self.last, self.over = stream, float("-inf"), False
 
     def __call__(self, progress: Progress) -> None:
         """Show one moment of a batch."""
         live, over = self.stream.isatty(), progress.done == progress.total
-        if not over and time.monotonic() - self.last < (0.5 if live else 60):
+        since = time.monotonic() - self.last
+        if (over and self.over) or (not over and since < (0.5 if live else 60)):
             return
-        self.last = time.monotonic()
+        self.last, self.over = time.monotonic(), over
         filled = round(24 * progress.done / max(progress.total, 1))
         line = (
             f"[{'#' * filled}{'.' * (24 - filled)}] {progress.done}/{progress.total} runs, {progress.failed} failed, "

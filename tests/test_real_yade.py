@@ -3,10 +3,13 @@
 import json
 import shutil
 import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
 
+from calibrator.database import Database
 from calibrator.quantities import RESPONSES, SCRIPTS
 from calibrator.runner import RunFolder, run
 from calibrator.table import Request, write_table
@@ -75,6 +78,27 @@ def test_a_table_line_by_hand_gives_the_same_record_bit_for_bit(driven, tmp_path
     twin = json.loads((tmp_path / "records" / f"{record.run_id}.json").read_text())
     assert twin["responses"] == record.responses
     assert twin["diagnostics"]["steps"] == record.diagnostics["steps"]
+
+
+def test_after_kill_9_in_mid_run_the_database_of_real_runs_is_the_same_to_the_byte(tmp_path):
+    asked = [Request.of("ledge", **SMALL["ledge"] | {"seed": seed}) for seed in (1, 2, 3, 4)]
+    Database(run(RunFolder(tmp_path / "whole"), asked)).write(tmp_path / "whole.csv")
+    broken = RunFolder(tmp_path / "broken")
+    code = (
+        "from calibrator.runner import RunFolder, run; from calibrator.table import Request; from pathlib import Path;"
+        f"box = {SMALL['ledge']};"
+        f"run(RunFolder(Path({str(broken.path)!r})), [Request.of('ledge', **box | {{'seed': s}}) for s in (1, 2, 3, 4)])"
+    )
+    driver = subprocess.Popen([sys.executable, "-c", code], cwd=SCRIPTS.parent, start_new_session=True)
+    end = time.monotonic() + 120
+    while not list(broken.path.glob("records/*.json")):
+        assert time.monotonic() < end, "no run finished"
+        time.sleep(0.1)
+    driver.kill()
+    subprocess.run(["pkill", "-9", "-f", "scripts/ledge.py"], check=False)
+    driver.wait()
+    Database(run(broken, asked)).write(tmp_path / "broken.csv")
+    assert (tmp_path / "broken.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
 
 
 def test_an_impossible_geometry_is_an_input_error_with_a_remedy(tmp_path):
