@@ -47,6 +47,18 @@ conical_pile,pile_equivalent_angle_deg,23.4,0.2,8,deg,held_out
 """
 
 
+def processes_in(folder):
+    """Process ids whose working folder is this one: the driver's children."""
+    found = []
+    for link in Path("/proc").glob("[0-9]*/cwd"):
+        try:
+            if os.readlink(link) == str(folder):
+                found.append(int(link.parent.name))
+        except OSError:
+            continue  # it ended meanwhile
+    return found
+
+
 @pytest.fixture
 def fake_yade(tmp_path, monkeypatch):
     """Put a fake yade and yade-batch first on the PATH."""

@@ -1,13 +1,16 @@
 """The three set-ups on the real YADE, tiny: by hand, from a table line, and from the driver."""
 
 import json
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
 
 import numpy as np
 import pytest
+from conftest import processes_in
 
 from calibrator.database import Database
 from calibrator.quantities import RESPONSES, SCRIPTS
@@ -95,7 +98,8 @@ def test_after_kill_9_in_mid_run_the_database_of_real_runs_is_the_same_to_the_by
         assert time.monotonic() < end, "no run finished"
         time.sleep(0.1)
     driver.kill()
-    subprocess.run(["pkill", "-9", "-f", "scripts/ledge.py"], check=False)
+    for process in processes_in(broken.path):
+        os.kill(process, signal.SIGKILL)
     driver.wait()
     Database(run(broken, asked)).write(tmp_path / "broken.csv")
     assert (tmp_path / "broken.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()

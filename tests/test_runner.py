@@ -1,7 +1,6 @@
 """The driver, on a fake YADE that crashes, hangs, lies and writes half a file."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -9,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from conftest import processes_in
 
 from calibrator import runner
 from calibrator.errors import CalibratorError
@@ -107,17 +107,6 @@ def wait_for(condition, seconds=30):
         time.sleep(0.05)
 
 
-def running(folder):
-    return [p for p in Path("/proc").glob("[0-9]*/cwd") if _cwd(p) == str(folder.path)]
-
-
-def _cwd(link):
-    try:
-        return os.readlink(link)
-    except OSError:
-        return ""
-
-
 def test_after_kill_9_of_the_driver_the_same_call_finishes_and_repeats_no_finished_run(tmp_path, fake_yade):
     folder = folder_with(tmp_path, duration=0.3)
     driver = start_driver(folder, 6)
@@ -125,7 +114,7 @@ def test_after_kill_9_of_the_driver_the_same_call_finishes_and_repeats_no_finish
     driver.send_signal(signal.SIGKILL)
     driver.wait()
     finished = {p.stem for p in folder.path.glob("records/*.json")}
-    wait_for(lambda: not running(folder))
+    wait_for(lambda: not processes_in(folder.path))
     records = run(folder, requests(6), jobs=1)
     assert [r.status for r in records] == ["ok"] * 6
     assert all(calls(folder).count(run_id) == 1 for run_id in finished)
@@ -137,7 +126,7 @@ def test_an_interrupt_leaves_no_process_behind(tmp_path, fake_yade):
     wait_for(lambda: (folder.path / "calls.txt").exists())
     driver.send_signal(signal.SIGINT)
     driver.wait(20)
-    wait_for(lambda: not running(folder), 10)
+    wait_for(lambda: not processes_in(folder.path), 10)
 
 
 def test_gathering_unknown_requests_finds_nothing(tmp_path):
