@@ -22,6 +22,7 @@ units si
 read_data grains.lmp
 neighbor {skin:.6g} bin
 neigh_modify delay 0
+soft_particles yes
 fix m1 all property/global youngsModulus peratomtype {young:.10g} {young:.10g}
 fix m2 all property/global poissonsRatio peratomtype {poisson:.10g} {poisson:.10g}
 fix m3 all property/global coefficientRestitution peratomtypepair 2 {e} {e} {e} {e}
@@ -36,7 +37,7 @@ fix plug all mesh/surface file disk.stl type 2
 fix wm all wall/gran model hertz tangential history rolling_friction epsd2 mesh n_meshes 2 meshes bottom plug
 fix wc all wall/gran model hertz tangential history rolling_friction epsd2 primitive type 2 zcylinder {cylinder:.10g} 0.0 0.0
 fix i all nve/sphere
-compute ke all ke
+compute ke all ke update_on_run_end yes
 variable mean equal c_ke/(atoms+1e-30)
 thermo_style custom step atoms ke
 thermo 100000
@@ -112,7 +113,7 @@ def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndar
 def run(folder: Path) -> dict:
     """Run LIGGGHTS; core-seconds in all and steps of both stages."""
     begin = time.monotonic()
-    done = subprocess.run(["liggghts", "-in", "in.hourglass"], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run(["liggghts", "-in", "in.hourglass"], cwd=folder, capture_output=True, text=True, errors="replace")
     seconds = time.monotonic() - begin
     if done.returncode != 0 or "RESTED" not in done.stdout:
         raise RuntimeError(f"LIGGGHTS failed: {(done.stdout + done.stderr)[-500:]}")
