@@ -1,0 +1,34 @@
+"""The case files that come with the project."""
+
+from pathlib import Path
+
+import pytest
+
+from calibrator import workflow
+from calibrator.case import read_case
+from calibrator.cost import particles
+from calibrator.plan import plan_requests
+
+CASES = Path(__file__).resolve().parent.parent / "cases"
+
+
+@pytest.mark.parametrize("path", [CASES / "coarse_sand.toml", CASES / "quartz_sand_full.toml"], ids=lambda p: p.stem)
+def test_every_case_is_good(path, tmp_path, fake_yade):
+    space = workflow.Workspace(read_case(path), tmp_path)
+    assert workflow.check_case(space)["runs"] == len(plan_requests(space.case))
+
+
+def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fake_yade):
+    case = read_case(CASES / "quartz_sand_full.toml")
+    counts = {r.parameters["particle_radius"]: particles(r) for r in plan_requests(case) if r.parameters["particle_density"] == 2800}
+    assert len(plan_requests(case)) == 810
+    assert counts[0.4e-3] == pytest.approx(33_300, rel=0.01) and counts[0.3e-3] == pytest.approx(78_900, rel=0.01)
+    warnings = workflow.check_case(workflow.Workspace(case, tmp_path))["warnings"]
+    assert any("Rayleigh time" in w for w in warnings)
+    assert sum(p.bits for p in case.problem.parameters) == 40
+
+
+def test_the_case_of_the_demo_does_not_contain_the_truth_behind_its_lab():
+    case = read_case(CASES / "coarse_sand.toml")
+    text = (CASES / "coarse_sand.toml").read_text()
+    assert case.truth and all(f"{value:g}" not in text for value in case.truth.values())
