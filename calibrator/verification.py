@@ -18,7 +18,8 @@ class Check:
 
     predicted and predicted_error are the interpolant's mean and its standard error (None for a response that was not
     interpolated); simulated, scatter and runs are mean, standard deviation and number of the fresh runs; noise is the
-    standard deviation of one run that the band uses: the database's where there is one, else `scatter`.
+    standard deviation of one run that the band uses: the database's where there is one, else the larger of `scatter` and
+    the measurement's own.
     """
 
     target: Target
@@ -79,7 +80,8 @@ def check(
             continue
         scatter = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
         mean, error = (predicted or {}).get(target.key, (None, None))
-        one_run = (noise or {}).get(target.key, scatter)
+        # Where the database knows nothing, the larger of two scatters: that of a few runs alone can be small by chance.
+        one_run = (noise or {}).get(target.key, max(scatter, target.scatter))
         checks.append(Check(target, mean, error, float(np.mean(values)), scatter, one_run, len(values)))
     return checks
 

@@ -247,7 +247,7 @@ def calibrate(space: Workspace) -> dict[str, Any]:
     keys = interpolant.responses
     noise = dict(zip(keys, map(float, interpolant.noise), strict=True))
     by_key = [dict(zip(keys, columns.T, strict=True)) for columns in (mean, error)]
-    chosen, reason = compromise(problem, front.objectives, by_key[0], by_key[1], noise)
+    chosen, reason = compromise(problem, front.objectives, by_key[0], by_key[1], noise, case.verify.replicates)
     individuals = spread(front.objectives).tolist() if len(front.names) > 1 else []
     labels = {f"individual {chr(ord('A') + i)}": int(index) for i, index in enumerate(individuals)}
     labels["compromise"] = int(chosen)

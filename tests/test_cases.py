@@ -20,7 +20,9 @@ def test_every_case_is_good(path, tmp_path, fake_yade):
 
 def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fake_yade):
     case = read_case(CASES / "quartz_sand_full.toml")
-    counts = {r.parameters["particle_radius"]: particles(r) for r in plan_requests(case) if r.parameters["particle_density"] == 2800}
+    counts = {
+        r.parameters["particle_radius"]: particles(r) for r in plan_requests(case) if r.parameters["particle_density"] == 2800
+    }
     assert len(plan_requests(case)) == 810
     assert counts[0.4e-3] == pytest.approx(33_300, rel=0.01) and counts[0.3e-3] == pytest.approx(78_900, rel=0.01)
     warnings = workflow.check_case(workflow.Workspace(case, tmp_path))["warnings"]

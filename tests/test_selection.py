@@ -84,10 +84,10 @@ def test_band_is_the_tolerance_but_never_less_than_two_seed_noises():
 FRONT = np.array([[0.0, 3.0], [0.02, 2.0], [0.04, 1.0], [0.2, 0.0]])
 
 
-def chosen(first, std=0.0, second=(200.0, 200.0, 200.0, 200.0)):
+def chosen(first, std=0.0, second=(200.0, 200.0, 200.0, 200.0), noise=0.0, replicates=1):
     predicted = dict(zip(KEYS, (np.array(first), np.array(second)), strict=True))
     errors = {key: np.full(4, std) for key in KEYS}
-    return compromise(problem(tolerance=0.03), FRONT, predicted, errors, dict.fromkeys(KEYS, 0.0))
+    return compromise(problem(tolerance=0.03), FRONT, predicted, errors, dict.fromkeys(KEYS, noise), replicates)
 
 
 def test_compromise_is_the_cheapest_member_that_meets_every_target():
@@ -95,8 +95,13 @@ def test_compromise_is_the_cheapest_member_that_meets_every_target():
     assert index == 2 and "cheapest of the 3 (of 4)" in reason and "in reserve" in reason
 
 
-def test_compromise_reserves_one_standard_error_of_the_interpolant():
-    assert chosen([100.0, 101.0, 102.0, 120.0], std=1.5)[0] == 1
+def test_compromise_reserves_two_standard_errors_of_the_interpolant():
+    assert chosen([100.0, 101.0, 102.0, 120.0], std=0.75)[0] == 1
+
+
+def test_compromise_reserves_less_the_more_runs_will_verify_it():
+    assert chosen([100.0, 101.0, 102.0, 120.0], noise=1.0, replicates=1)[0] == 1
+    assert chosen([100.0, 101.0, 102.0, 120.0], noise=1.0, replicates=16)[0] == 2
 
 
 def test_compromise_asks_for_all_targets_not_their_sum():
