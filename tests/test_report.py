@@ -18,8 +18,9 @@ from PIL import Image
 from calibrator import workflow
 from calibrator.case import read_case
 from calibrator.errors import CalibratorError
+from calibrator.page import number, percent, with_error
 from calibrator.plan import plan_requests
-from calibrator.report import _number, _percent, _with_error, write_report
+from calibrator.report import write_report
 
 CASE = CASE.replace("population = 60", "population = 40").replace("generations = 15", "generations = 8")
 
@@ -38,10 +39,10 @@ def believe(space, requests, clogged=(), curves=True):
     """Write the record and the curves of every request, as the scripts would."""
     folder = space.path / "records"
     folder.mkdir(parents=True, exist_ok=True)
-    for number, request in enumerate(requests):
+    for count, request in enumerate(requests):
         scatter = random.Random(request.run_id)
         responses = {n: v * scatter.gauss(1, 0.004) for n, v in responses_of(request.setup, request.parameters).items()}
-        status = "clogged" if number in clogged else "ok"
+        status = "clogged" if count in clogged else "ok"
         kept = {"bulk_density": responses["bulk_density"]} if status == "clogged" else responses
         record = dict(
             schema=1, setup=request.setup, run_id=request.run_id, parameters=request.parameters, status=status,
@@ -168,7 +169,7 @@ def test_the_answer_gives_values_intervals_and_the_verdict(whole):
     space, _, page = whole
     answer = re.search(r'<p class="answer">(.*?)</p>', page, re.DOTALL).group(1)
     for profile in space.outcome("calibrate")["identifiability"]["parameters"]:
-        assert profile["name"].replace("_", " ") in answer and _number(profile["interval_95"][0], 3) in answer
+        assert profile["name"].replace("_", " ") in answer and number(profile["interval_95"][0], 3) in answer
     assert "<b>Verified:</b>" in answer and "do not pin down</b> young modulus" in answer and "synthetic" not in answer
 
 
@@ -255,9 +256,9 @@ def test_the_truth_of_a_synthetic_lab_is_compared(tmp_path):
     [(0.25, "0.25"), (1590.4, "1590"), (2.9e6, "2.9×10⁶"), (-2e-4, "−2×10⁻⁴"), (0, "0"), (12345, "12345"), (None, "–")],
 )
 def test_numbers_are_written_for_people(value, words):
-    assert _number(value) == words
+    assert number(value) == words
 
 
 def test_errors_decide_the_decimals_and_zero_has_no_sign():
-    assert _with_error(1577.04, 2.87) == "1577.0 ± 2.9" and _with_error(0.02784, 0.00066) == "0.0278 ± 0.0007"
-    assert _with_error(53.54, 0) == "53.54" and _percent(-1e-6) == "0.00\u00a0%" and _percent(0.0118) == "+1.18\u00a0%"
+    assert with_error(1577.04, 2.87) == "1577.0 ± 2.9" and with_error(0.02784, 0.00066) == "0.0278 ± 0.0007"
+    assert with_error(53.54, 0) == "53.54" and percent(-1e-6) == "0.00\u00a0%" and percent(0.0118) == "+1.18\u00a0%"
