@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import time
+import tracemalloc
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -65,6 +66,15 @@ def seconds_of(function: Callable[[], Any]) -> tuple[float, Any]:
     begin = time.perf_counter()
     found = function()
     return time.perf_counter() - begin, found
+
+
+def peak_memory(function: Callable[[], Any]) -> float:
+    """Largest memory in use during a call beyond that before it [MB]."""
+    tracemalloc.start()
+    function()
+    peak = tracemalloc.get_traced_memory()[1] / 1e6
+    tracemalloc.stop()
+    return peak
 
 
 def power(sizes: list[int], seconds: list[float]) -> float:

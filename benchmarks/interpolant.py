@@ -11,7 +11,6 @@ in predicted points per second, each with 3 responses; memory is tracemalloc's p
 from __future__ import annotations
 
 import argparse
-import tracemalloc
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -28,6 +27,7 @@ from benchmarks.common import (
     RESULTS,
     fitted,
     paper_problem,
+    peak_memory,
     power,
     rounded,
     runs,
@@ -75,15 +75,6 @@ def throughput(name: str, predict: Predict, box: np.ndarray, count: int, repeats
     row["peak_megabytes"] = rounded(peak_memory(partial(predict, points)), 3)
     print(row)
     return row
-
-
-def peak_memory(function: Callable[[], Any]) -> float:
-    """Largest memory in use during a call beyond that before it [MB]."""
-    tracemalloc.start()
-    function()
-    peak = tracemalloc.get_traced_memory()[1] / 1e6
-    tracemalloc.stop()
-    return peak
 
 
 def growth(problem: Problem, sets: int, count: int) -> dict[str, Any]:
