@@ -112,14 +112,14 @@ def plot(results: dict[str, Any]) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
     for axis, key, label in zip(axes, ("seconds", "peak_megabytes"), ("time [s]", "peak memory [MB]"), strict=True):
         for step, row in results["steps"].items():
             axis.loglog(row["records"], row[key], "o-", label=step)
         sizes = np.array(row["records"])
         axis.loglog(sizes, 1e-6 * sizes if key == "seconds" else 1e-4 * sizes, "k:", label="linear")
         axis.set(xlabel="records (synthetic)", ylabel=label)
-    axes[1].legend(frameon=False, fontsize="small")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", frameon=False)
     figure.savefig(RESULTS / "growth.png", dpi=150)
 
 

@@ -232,7 +232,11 @@ def measure(quick: bool) -> dict[str, Any]:
         "equal_fronts": all(row["equal_fronts"] for row in rows),
         "share_of_time": shares(problem, evaluate, Settings(population, generations)),
         "by_seed": rows,
-        "stock_operators": {"about": f"pymoo's own crossover, tournament, duplicates; {growth_generations} generations", **stock},
+        "stock_operators": {
+            "about": f"pymoo's own crossover, tournament and duplicates; {growth_generations} generations; its crossover draws "
+            "other random numbers, so the fronts differ as those of two seeds do",
+            **stock,
+        },
         "growth": {
             "generations": growth_generations,
             "population": by_population,
