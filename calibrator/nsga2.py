@@ -1,29 +1,27 @@
-"""NSGA-II with the paper's binary encoding (sections 2.1 and 2.2). The only module that knows pymoo.
+"""NSGA-II with the paper's binary encoding (sections 2.1 and 2.2), on plain arrays. The only module that knows pymoo.
 
 Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Trans. Evol. Comput. 6 (2002) 182-197.
+Ranks are moocore's, crowding distances pymoo's. Random numbers are drawn in pymoo's order, so that a search is pymoo's own
+bit for bit (benchmarks/nsga2.py holds the two against each other), without an object and a dictionary for each individual.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.config import Config
-from pymoo.core.crossover import Crossover
-from pymoo.core.duplicate import DuplicateElimination
-from pymoo.core.problem import Problem as PymooProblem
-from pymoo.operators.mutation.bitflip import BitflipMutation
-from pymoo.operators.sampling.rnd import BinaryRandomSampling
-from pymoo.operators.selection.tournament import TournamentSelection
+from moocore import pareto_rank
+from pymoo.operators.survival.rank_and_crowding.metrics import get_crowding_function
+from pymoo.util.randomized_argsort import randomized_argsort
 from scipy.spatial import cKDTree
 
 from calibrator.errors import CalibratorError
 from calibrator.problem import Problem
 
-Config.warnings["not_compiled"] = False  # pymoo would print a hint; nothing used here has a compiled version
+MATINGS = 100  # rounds in one generation before too few new chromosomes are accepted
+_CROWDING = get_crowding_function("cd")
 
 Evaluate = Callable[[np.ndarray], np.ndarray]
 
@@ -117,18 +115,18 @@ def search(
     ------
     CalibratorError : evaluate returns another shape, or a value that is not finite.
     """
-    algorithm = _algorithm(problem, evaluate, settings, len(names))
+    evolution = _evolution(problem, evaluate, settings, len(names))
     snapshots, fronts = {}, []
+    population = next(evolution)
     for generation in range(settings.generations + 1):
-        if algorithm.has_next():
-            algorithm.next()
-        bits, objectives, rank = algorithm.pop.get("X", "F", "rank")
-        fronts.append(objectives[rank == 0])
+        if generation > 0:
+            population = next(evolution, population)
+        fronts.append(population.objectives[population.rank == 0])
         if generation in settings.snapshots:
-            snapshots[generation] = (decode(problem, bits), objectives)
-    best = np.flatnonzero(rank == 0)
-    best = best[np.lexsort(objectives[best].T[::-1])]
-    return SearchResult(decode(problem, bits[best]), objectives[best], tuple(names), snapshots, fronts)
+            snapshots[generation] = (decode(problem, population.bits), population.objectives)
+    best = np.flatnonzero(population.rank == 0)
+    best = best[np.lexsort(population.objectives[best].T[::-1])]
+    return SearchResult(decode(problem, population.bits[best]), population.objectives[best], tuple(names), snapshots, fronts)
 
 
 def generational_distance(fronts: Sequence[np.ndarray], final: np.ndarray) -> np.ndarray:
@@ -137,62 +135,105 @@ def generational_distance(fronts: Sequence[np.ndarray], final: np.ndarray) -> np
     return np.array([tree.query(front)[0].mean() for front in fronts])
 
 
-def _algorithm(problem: Problem, evaluate: Evaluate, settings: Settings, objectives: int) -> NSGA2:
-    """Pymoo's NSGA-II, ready to step: the place to plug in faster operators."""
-    algorithm = NSGA2(
-        pop_size=settings.population,
-        sampling=BinaryRandomSampling(),
-        selection=TournamentSelection(func_comp=_tournament),
-        crossover=_SinglePointCrossover(2, 2, prob=settings.crossover),
-        mutation=BitflipMutation(prob=1.0, prob_var=settings.mutation),
-        eliminate_duplicates=_RepeatedChromosomes(),
-    )
-    termination = ("n_gen", settings.generations + 1)  # pymoo counts the random population as generation 1
-    return algorithm.setup(_Encoded(problem, evaluate, objectives), termination=termination, seed=settings.seed)
+@dataclass(frozen=True, eq=False)
+class _Population:
+    """Chromosomes bits (n, L) with their objectives (n, k), rank (n,) and crowding distance within the rank (n,)."""
+
+    bits: np.ndarray
+    objectives: np.ndarray
+    rank: np.ndarray
+    crowding: np.ndarray
 
 
-class _Encoded(PymooProblem):
-    """The search problem as pymoo sees it: boolean chromosomes in, objectives out."""
-
-    def __init__(self, problem: Problem, evaluate: Evaluate, objectives: int) -> None:
-        super().__init__(n_var=sum(p.bits for p in problem.parameters), n_obj=objectives, vtype=bool)
-        self.problem, self.evaluate_points = problem, evaluate
-
-    def _evaluate(self, x: np.ndarray, out: dict[str, np.ndarray], *args: Any, **kwargs: Any) -> None:
-        found = np.asarray(self.evaluate_points(decode(self.problem, x)), float)
-        if found.shape != (len(x), self.n_obj):
-            raise CalibratorError(f"objectives have shape {found.shape}: return {(len(x), self.n_obj)}, one column per objective")
-        if not np.isfinite(found).all():
-            raise CalibratorError("an objective is not finite: return a finite number for every point of the box")
-        out["F"] = found
-
-
-class _SinglePointCrossover(Crossover):
-    """Pairs exchange everything from a random cut on, one cut per pair (pymoo's own draws and fills row by row)."""
-
-    def _do(self, problem: Any, X: np.ndarray, *args: Any, random_state: Any = None, **kwargs: Any) -> np.ndarray:  # noqa: N803
-        _, matings, length = X.shape
-        cut = random_state.integers(1, max(2, length), size=(matings, 1))
-        return np.where(np.arange(length) < cut, X, X[::-1])
+def _evolution(problem: Problem, evaluate: Evaluate, settings: Settings, objectives: int) -> Iterator[_Population]:
+    """The random population and its successors, for ever or until nothing new can be made."""
+    rng = np.random.default_rng(settings.seed)
+    length = sum(p.bits for p in problem.parameters)
+    bits = rng.random((settings.population, length)) < 0.5
+    bits = bits[_first_of_each(bits)]
+    population = _survivors(bits, _evaluated(problem, evaluate, bits, objectives), len(bits), rng)
+    yield population
+    while len(children := _children(population, settings, rng)):
+        found = _evaluated(problem, evaluate, children, objectives)
+        bits, values = np.concatenate([population.bits, children]), np.concatenate([population.objectives, found])
+        population = _survivors(bits, values, settings.population, rng)
+        yield population
 
 
-class _RepeatedChromosomes(DuplicateElimination):
-    """Exact comparison of chromosomes by sorting (pymoo's default holds all pairwise distances)."""
-
-    def _do(self, pop: Any, other: Any, is_duplicate: np.ndarray) -> np.ndarray:
-        here = np.packbits(pop.get("X"), axis=1)
-        seen = np.packbits(other.get("X"), axis=1) if other is not None else here[:0]
-        first = np.unique(np.concatenate([seen, here]), axis=0, return_index=True)[1] - len(seen)
-        is_duplicate[:] = True
-        is_duplicate[first[first >= 0]] = False
-        return is_duplicate
+def _evaluated(problem: Problem, evaluate: Evaluate, bits: np.ndarray, objectives: int) -> np.ndarray:
+    found = np.asarray(evaluate(decode(problem, bits)), float)
+    if found.shape != (len(bits), objectives):
+        raise CalibratorError(f"objectives have shape {found.shape}: return {(len(bits), objectives)}, one column per objective")
+    if not np.isfinite(found).all():
+        raise CalibratorError("an objective is not finite: return a finite number for every point of the box")
+    return found
 
 
-def _tournament(pop: Any, P: np.ndarray, random_state: Any, **kwargs: Any) -> np.ndarray:  # noqa: N803
-    """Winner of each pair P (n, 2): the lower rank, then the larger crowding distance, then either. Returns (n, 1)."""
-    rank, crowding = pop.get("rank", "crowding")
-    first, second = P.T
-    coin = random_state.random(len(P)) < 0.5
+def _survivors(bits: np.ndarray, objectives: np.ndarray, count: int, rng: np.random.Generator) -> _Population:
+    """The count best of bits (n, L) by rank, then by crowding distance in the front that does not fit in whole."""
+    rank = pareto_rank(objectives)
+    order = np.argsort(rank, kind="stable")
+    ends = np.cumsum(np.bincount(rank))
+    ends = ends[: np.searchsorted(ends, count) + 1]  # up to the front that fills the population
+    fronts = np.split(order[: ends[-1]], ends[:-1])
+    crowding = np.empty(len(bits))
+    for front in fronts:
+        crowding[front] = _CROWDING.do(objectives[front])
+    last = fronts[-1]
+    if ends[-1] > count:
+        fronts[-1] = last[randomized_argsort(crowding[last], order="descending", random_state=rng)[: count - ends[-1]]]
+    chosen = np.concatenate(fronts)
+    return _Population(bits[chosen], objectives[chosen], rank[chosen], crowding[chosen])
+
+
+def _children(population: _Population, settings: Settings, rng: np.random.Generator) -> np.ndarray:
+    """As many new chromosomes as the population has (n, L), or what MATINGS rounds make where that is fewer."""
+    old, children = len(population.bits), population.bits[:0]
+    for _ in range(MATINGS):
+        missing = settings.population - len(children)
+        if missing == 0:
+            break
+        parents = population.bits[_tournament(population, (math.ceil(missing / 2), 2), rng)]
+        made = _mutated(_crossed(parents, settings.crossover, rng), settings.mutation, rng)
+        first = _first_of_each(np.concatenate([population.bits, children, made]))
+        children = np.concatenate([children, made[first[first >= old + len(children)] - old - len(children)][:missing]])
+    return children
+
+
+def _tournament(population: _Population, shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
+    """Winners of random pairs, indices of the given shape: the lower rank, then the larger crowding distance, then either."""
+    rank, crowding = population.rank, population.crowding
+    entrants = 2 * math.prod(shape)
+    rounds = [rng.permutation(len(rank)) for _ in range(math.ceil(entrants / len(rank)))]
+    first, second = np.concatenate(rounds)[:entrants].reshape(-1, 2).T
+    coin = rng.random(len(first)) < 0.5
     less_crowded = np.where(crowding[first] == crowding[second], coin, crowding[first] > crowding[second])
     first_wins = np.where(rank[first] == rank[second], less_crowded, rank[first] < rank[second])
-    return np.where(first_wins, first, second)[:, None]
+    return np.where(first_wins, first, second).reshape(shape)
+
+
+def _crossed(parents: np.ndarray, probability: float, rng: np.random.Generator) -> np.ndarray:
+    """Children (2 n, L) of pairs (n, 2, L), which exchange everything from a random cut on with the probability."""
+    matings, _, length = parents.shape
+    crossing = np.asarray(rng.random(matings) < probability)
+    cut = np.full((matings, 1), length)
+    if crossing.any():  # like pymoo, draw cuts for all or for none
+        cut[crossing] = rng.integers(1, max(2, length), size=(matings, 1))[crossing]
+    pairs = parents.swapaxes(0, 1)
+    return np.where(np.arange(length) < cut, pairs, pairs[::-1]).reshape(-1, length)
+
+
+def _mutated(bits: np.ndarray, probability: float, rng: np.random.Generator) -> np.ndarray:
+    """Chromosomes (n, L) with each bit flipped with the probability."""
+    flipped = bits ^ (rng.random(bits.shape) < probability)
+    rng.random(len(bits))  # pymoo's draw of whom to mutate at all: everybody
+    return flipped
+
+
+def _first_of_each(bits: np.ndarray) -> np.ndarray:
+    """Ascending indices of the first occurrence of every distinct chromosome among bits (n, L)."""
+    packed = np.packbits(bits, axis=1)
+    words = np.pad(packed, ((0, 0), (0, -packed.shape[1] % 8))).view(np.uint64)
+    order = np.lexsort(words.T)
+    new = np.any(words[order[1:]] != words[order[:-1]], axis=1)
+    return np.sort(order[np.append(True, new)])

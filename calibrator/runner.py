@@ -109,7 +109,7 @@ def run(
     """
     folder.prepare()
     for attempt in range(attempts):
-        pending = [r for r in requests if _is_pending(folder, r, attempts)]
+        pending = _pending(folder, requests, attempts)
         if not pending:
             break
         command = yade_batch_command()
@@ -122,7 +122,13 @@ def run(
     return gather(folder, requests)
 
 
-def _is_pending(folder: RunFolder, request: Request, attempts: int) -> bool:
+def _pending(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
+    """The requests that are still to be run; the list of failures is read once, as it grows with the runs."""
+    failures = folder.failures()
+    return [r for r in requests if _is_pending(folder, r, int(failures.get(r.run_id, {"attempts": 0})["attempts"]), attempts)]
+
+
+def _is_pending(folder: RunFolder, request: Request, failed: int, attempts: int) -> bool:
     """True unless a record can be believed, or its failure has been tried often enough."""
     try:
         record = read_record(folder.record(request), request)
@@ -132,10 +138,9 @@ def _is_pending(folder: RunFolder, request: Request, attempts: int) -> bool:
         log.warning("record %s %s: running it again", request.run_id, error)
         folder.record(request).rename(folder.record(request).with_suffix(".invalid"))
         record = None
-    failure = folder.failures().get(request.run_id, {"attempts": 0})
     if record is not None and record.status not in RETRIED:
         return False
-    return int(failure["attempts"]) < attempts
+    return failed < attempts
 
 
 def _run_batch(

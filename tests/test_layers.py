@@ -22,6 +22,7 @@ LAYERS = [
 ]
 FENCED = {
     "pymoo": {"nsga2"},
+    "moocore": {"nsga2"},
     "matplotlib": {"plot"},
     "subprocess": {"runner"},
     "sklearn": {"interpolation"},

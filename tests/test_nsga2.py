@@ -2,10 +2,21 @@
 
 import numpy as np
 import pytest
-from pymoo.core.population import Population
 
+from benchmarks.nsga2 import search_with_pymoo
 from calibrator.errors import CalibratorError
-from calibrator.nsga2 import Settings, _algorithm, decode, encode, generational_distance, search
+from calibrator.nsga2 import (
+    Settings,
+    _crossed,
+    _first_of_each,
+    _mutated,
+    _Population,
+    _tournament,
+    decode,
+    encode,
+    generational_distance,
+    search,
+)
 from calibrator.problem import Parameter, Problem, Target
 
 TARGETS = (Target("hourglass", "bulk_density", 1530.0),)
@@ -148,12 +159,10 @@ def test_a_population_beyond_the_encoding_holds_each_value_once():
 
 
 def test_children_switch_parents_once_and_only_with_the_crossover_probability():
-    crossover = _algorithm(SPACE, zdt1, Settings(population=4, crossover=0.9), 2).mating.crossover
     length = sum(p.bits for p in SPACE.parameters)
-    zeros, ones = Population.new("X", np.zeros((1, length), bool)), Population.new("X", np.ones((1, length), bool))
-    pairs = [Population.merge(zeros, ones)] * 2000
-    problem = _algorithm(SPACE, zdt1, SMALL, 2).problem
-    children = crossover.do(problem, pairs, random_state=np.random.default_rng(0)).get("X").astype(int)
+    pairs = np.tile(np.array([False, True])[:, None], (2000, 1, length))
+    children = _crossed(pairs, 0.9, np.random.default_rng(0)).astype(int)
+    assert (children[:2000] + children[2000:] == 1).all()
     switches = np.abs(np.diff(children, axis=1)).sum(axis=1)
     assert set(switches) == {0, 1}
     assert switches.mean() == pytest.approx(0.9, abs=0.02)
@@ -162,19 +171,47 @@ def test_children_switch_parents_once_and_only_with_the_crossover_probability():
 
 
 def test_each_bit_flips_with_the_mutation_probability():
-    algorithm = _algorithm(SPACE, zdt1, Settings(population=4, mutation=0.01), 2)
-    length = sum(p.bits for p in SPACE.parameters)
-    population = Population.new("X", np.zeros((2000, length), bool))
-    mutated = algorithm.mating.mutation.do(algorithm.problem, population, random_state=np.random.default_rng(0)).get("X")
-    assert mutated.mean() == pytest.approx(0.01, abs=0.0015)
+    bits = np.random.default_rng(1).random((2000, 40)) < 0.5
+    flipped = _mutated(bits, 0.01, np.random.default_rng(0)) != bits
+    assert flipped.mean() == pytest.approx(0.01, abs=0.0015)
+    assert (flipped.sum(axis=0) > 0).all()
 
 
 def test_tournament_prefers_rank_then_crowding():
-    population = Population.new("rank", np.array([0, 1, 1]), "crowding", np.array([0.1, 9.0, 2.0]))
-    select = _algorithm(SPACE, zdt1, SMALL, 2).mating.selection.func_comp
-    pairs = np.array([[0, 1], [1, 0], [1, 2], [2, 1]] * 20)
-    winners = select(population, pairs, random_state=np.random.default_rng(0))[:, 0]
-    np.testing.assert_array_equal(winners, [0, 0, 1, 1] * 20)
+    pair = _Population(np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([0, 1]), np.array([0.1, 9.0]))
+    crowd = _Population(np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([1, 1]), np.array([9.0, 2.0]))
+    for population in (pair, crowd):
+        assert not _tournament(population, (20, 2), np.random.default_rng(0)).any()
+
+
+def test_tournament_lets_every_member_enter_equally_often():
+    equals = _Population(np.zeros((10, 1), bool), np.zeros((10, 1)), np.zeros(10, int), np.full(10, np.inf))
+    wins = np.bincount(_tournament(equals, (5000, 2), np.random.default_rng(0)).ravel())
+    np.testing.assert_allclose(wins, 1000, atol=100)
+
+
+@pytest.mark.parametrize("length", [3, 40, 64, 200])
+def test_a_chromosome_counts_as_repeated_only_where_every_bit_agrees(length):
+    bits = np.random.default_rng(0).random((20, length)) < 0.5
+    bits[:, -1], bits[:, 0] = True, np.arange(20) < 10
+    bits[10:] = bits[:10]
+    bits[15:, -1] = False
+    expected = [i for i, row in enumerate(bits) if not (bits[:i] == row).all(axis=1).any()]
+    np.testing.assert_array_equal(_first_of_each(bits), expected)
+
+
+@pytest.mark.parametrize(("population", "crossover", "mutation"), [(60, 0.9, 0.01), (7, 0.5, 0.05), (31, 0.0, 0.0)])
+@pytest.mark.parametrize("objectives", [1, 2, 3])
+def test_the_search_is_that_of_pymoo_bit_for_bit(population, crossover, mutation, objectives):
+    def evaluate(points):
+        return np.column_stack([zdt1(points), np.round(points[:, 0] + points[:, 1], 2)])[:, :objectives]
+
+    settings, names = Settings(population, 20, crossover, mutation), ("f1", "f2", "f3")[:objectives]
+    ours = search(SPACE, evaluate, settings, names)
+    theirs = search_with_pymoo(SPACE, evaluate, settings, names)
+    np.testing.assert_array_equal(ours.points, theirs.points)
+    for our_front, their_front in zip(ours.fronts, theirs.fronts, strict=True):
+        np.testing.assert_array_equal(our_front, their_front)
 
 
 def test_a_single_objective_finds_its_minimum():

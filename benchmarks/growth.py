@@ -1,0 +1,140 @@
+"""How the bookkeeping grows with the number of runs: tables, records, database.
+
+    python -m benchmarks.growth            writes benchmarks/results/growth.json and growth.png, some minutes
+    python -m benchmarks.growth --quick    few records, prints only: a smoke test
+
+The records are synthetic: made-up responses of hourglass runs that never took place, in the format of real ones. "Ratio to
+linear" is the time (or memory) per record over that with the fewest but one, so 1 is linear growth and less is better; with the
+fewest, what every call costs once still shows. Memory is tracemalloc's peak in a pass of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common import RESPONSES, RESULTS, paper_problem, peak_memory, power, rounded, runs, seconds_of, write
+from calibrator import runner
+from calibrator.database import Database, response_table
+from calibrator.quantities import SCHEMA
+from calibrator.runner import RunFolder, gather
+from calibrator.table import Request, requests_for, write_table
+
+SIZES = [100, 1000, 10_000, 100_000]
+LOST = 100  # one in so many runs has failed for good
+
+
+def made_up_requests(count: int) -> list[Request]:
+    """Hourglass runs over the paper's five parameters, no two alike."""
+    problem = paper_problem()
+    points = [dict(zip(problem.names, map(float, row), strict=True)) for row in runs(problem, count)[0]]
+    return requests_for("hourglass", {}, points, [[seed] for seed in range(count)])
+
+
+def write_records(folder: RunFolder, requests: list[Request]) -> None:
+    """A record for each request with made-up responses; one in LOST is on the list of failures instead."""
+    folder.prepare()
+    responses = runs(paper_problem(), len(requests))[1]
+    names = [key.split(".")[1] for key in RESPONSES]
+    failed = requests[::LOST]
+    folder.write_failures({r.run_id: {"kind": "crash", "message": "made up", "attempts": 2} for r in failed})
+    for index, (request, row) in enumerate(zip(requests, responses, strict=True)):
+        if index % LOST:
+            record = {
+                "schema": SCHEMA,
+                "setup": request.setup,
+                "run_id": request.run_id,
+                "parameters": request.parameters,
+                "status": "ok",
+                "responses": dict(zip(names, map(float, row), strict=True)),
+                "error": None,
+                "diagnostics": {"particles": 1000, "steps": 100_000},
+                "provenance": {"yade": "none", "scripts": "none"},
+            }
+            folder.record(request).write_text(json.dumps(record))
+
+
+def steps(path: Path, count: int) -> dict[str, Callable[[], Any]]:
+    """What a calibration does with its records, in order; each step finds the files that it needs."""
+    requests = made_up_requests(count)
+    folder = RunFolder(path)
+    write_records(folder, requests)
+    records = gather(folder, requests)
+    database = Database(records)
+    database.write(path / "database.csv")
+    return {
+        "make requests": partial(made_up_requests, count),
+        "write table": partial(write_table, path / "runs.table", requests),
+        "find pending runs": partial(runner._pending, folder, requests, 2),
+        "gather records": partial(gather, folder, requests),
+        "write database": partial(database.write, path / "database.csv"),
+        "read database": partial(Database.read, path / "database.csv"),
+        "find in database": partial(database.find, requests),
+        "table of responses": partial(response_table, paper_problem(), records, RESPONSES),
+    }
+
+
+def measure_size(count: int) -> dict[str, dict[str, float]]:
+    """Seconds and peak memory of each step with so many records."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, step in steps(Path(folder), count).items():
+            seconds = min(seconds_of(step)[0] for _ in range(3 if count <= 10_000 else 1))
+            found[name] = {"seconds": rounded(seconds, 3), "peak_megabytes": rounded(peak_memory(step), 3)}
+            print(count, name, found[name])
+    return found
+
+
+def summarise(sizes: list[int], found: list[dict[str, dict[str, float]]]) -> dict[str, Any]:
+    """By step: the series, their powers of the size, and the largest size against linear growth from the second."""
+    results = {}
+    for step in found[0]:
+        results[step] = {"records": sizes}
+        for key in ("seconds", "peak_megabytes"):
+            series = [one[step][key] for one in found]
+            growth = (series[-1] / series[1]) / (sizes[-1] / sizes[1])
+            results[step] |= {key: series, f"{key}_ratio_to_linear": rounded(growth, 3)}
+        results[step]["power"] = rounded(power(sizes[1:], results[step]["seconds"][1:]), 3)
+    return results
+
+
+def plot(results: dict[str, Any]) -> None:
+    """Time and memory of each step over the number of records."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
+    for axis, key, label in zip(axes, ("seconds", "peak_megabytes"), ("time [s]", "peak memory [MB]"), strict=True):
+        for step, row in results["steps"].items():
+            axis.loglog(row["records"], row[key], "o-", label=step)
+        sizes = np.array(row["records"])
+        axis.loglog(sizes, 1e-6 * sizes if key == "seconds" else 1e-4 * sizes, "k:", label="linear")
+        axis.set(xlabel="records (synthetic)", ylabel=label)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", frameon=False)
+    figure.savefig(RESULTS / "growth.png", dpi=150)
+
+
+def main() -> None:
+    """Measure, write, draw."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="few records, nothing written")
+    sizes = [30, 100, 300] if parser.parse_args().quick else SIZES
+    found = [measure_size(count) for count in sizes]
+    results = {"about": f"synthetic records; one run in {LOST} failed for good", "steps": summarise(sizes, found)}
+    print(json.dumps({step: row["seconds_ratio_to_linear"] for step, row in results["steps"].items()}, indent=1))
+    if sizes == SIZES:
+        write("growth", results)
+        plot(results)
+
+
+if __name__ == "__main__":
+    main()
