@@ -25,7 +25,7 @@ from calibrator import runner
 from calibrator.database import Database, response_table
 from calibrator.quantities import SCHEMA
 from calibrator.runner import RunFolder, gather
-from calibrator.table import Request, requests_for, write_table
+from calibrator.table import Request, write_table
 
 SIZES = [100, 1000, 10_000, 100_000]
 LOST = 100  # one in so many runs has failed for good
@@ -35,7 +35,7 @@ def made_up_requests(count: int) -> list[Request]:
     """Hourglass runs over the paper's five parameters, no two alike."""
     problem = paper_problem()
     points = [dict(zip(problem.names, map(float, row), strict=True)) for row in runs(problem, count)[0]]
-    return requests_for("hourglass", {}, points, [[seed] for seed in range(count)])
+    return [Request.of("hourglass", **point, seed=seed) for seed, point in enumerate(points)]
 
 
 def write_records(folder: RunFolder, requests: list[Request]) -> None:

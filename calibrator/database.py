@@ -32,10 +32,6 @@ class Database:
         """The records of these requests that exist, in the requests' order."""
         return [self.records[r.run_id] for r in requests if r.run_id in self.records]
 
-    def count(self, status: str) -> int:
-        """Number of runs with a status."""
-        return sum(r.status == status for r in self.records.values())
-
     def write(self, path: Path, note: str = "") -> None:
         """Write the CSV atomically, rows sorted by set-up and run id: equal runs give equal bytes."""
         rows = sorted(self.records.values(), key=lambda r: (r.request.setup, r.run_id))

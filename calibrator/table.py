@@ -12,7 +12,7 @@ from pathlib import Path
 
 from calibrator.errors import CalibratorError
 from calibrator.problem import Value, checked_value, known
-from calibrator.quantities import PARAMETERS, SCHEMA, SETUPS, parameters_of
+from calibrator.quantities import SCHEMA, SETUPS, parameters_of
 
 
 @dataclass(frozen=True)
@@ -61,14 +61,3 @@ def write_table(path: Path, requests: Sequence[Request]) -> None:
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     temporary.write_text("\n".join(lines) + "\n")
     os.replace(temporary, path)
-
-
-def requests_for(setup: str, columns: dict[str, Value], points: list[dict[str, Value]], seeds: list[list[int]]) -> list[Request]:
-    """Requests of one set-up: common columns, one dict of calibrated values per set, and the seeds of each set."""
-    own = parameters_of(setup)
-    common = {n: v for n, v in columns.items() if n in own}
-    return [
-        Request.of(setup, **{**common, **{n: v for n, v in point.items() if n in PARAMETERS}, "seed": seed})
-        for point, set_seeds in zip(points, seeds, strict=True)
-        for seed in set_seeds
-    ]
