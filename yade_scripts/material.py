@@ -11,7 +11,7 @@ This is the only place where friction coefficients become YADE's numbers. Three 
   FrictMat for walls.
 * YADE's damped contact ends with a stretch where the damping would pull; there YADE sets F_n = 0, and where
   F_n = 0 it skips the cap, so that for the last steps of every collision the stiff rolling spring is unlimited
-  (up to 17 times the spin loss in an impact with e = 0.3). With an adhesion, however small, YADE drops the damping
+  (tests/physics measures the spin lost in an impact). With an adhesion, however small, YADE drops the damping
   on that stretch instead, F_n stays positive and the cap holds. YADE's own fit en -> betan does not know this
   branch, so betan is found here by integrating the impact.
 
@@ -19,8 +19,7 @@ Rolling stiffness: YADE's krot is an absolute stiffness in N m/rad that does not
 "epsd2" takes the rule k_r = k_t R_eff^2 of that model at a typical static load of five grain weights, with
 k_t the Hertz-Mindlin shear stiffness, times ROLLING_STIFFNESS_FACTOR: stiff enough that the cap, not the
 spring, decides the bulk response, soft enough for the Rayleigh time step. "epsd" is the soft spring
-2.25 k_n mu_r^2 R_eff^2 of the older model at the same load; it gives flatter heaps (a collapse of 600
-grains ran out by 13 % more), so results of the two must not be mixed.
+2.25 k_n mu_r^2 R_eff^2 of the older model at the same load; it gives flatter heaps, so results of the two must not be mixed.
 """
 
 import math

@@ -113,7 +113,7 @@ def add_grains(p, centres, grain, rng):
     """Create the grains, moving down at the pouring velocity and at random; returns their ids.
 
     The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice; without it the
-    filled density scatters more than twice as much from seed to seed.
+    filled density scatters more from seed to seed.
     """
     ids = O.bodies.append([utils.sphere(tuple(c), p["particle_radius"], material=grain) for c in centres])
     random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
@@ -165,7 +165,7 @@ def finish(p, ids, diagnostics, released, clock, reason):
 def retire(ids, shift):
     """Take grains out of a periodic scene: set aside by `shift` [m], frozen, and in no collision group.
 
-    Erasing them would be simpler, but YADE's periodic collider can then sort for ever (seen in four ledges of six).
+    Erasing them would be simpler, but YADE's periodic collider can then sort for ever (three ledges of six hung).
     Freezing them where they are would not do: pairs that the collider has already found stay in contact.
     """
     for i in ids:
