@@ -28,16 +28,7 @@ def simulate(p, diagnostics):
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
-    centres = packing.cloud(
-        count,
-        radius,
-        p["cloud_fraction"],
-        lambda x, y, margin: np.hypot(x, y) < cylinder - margin,
-        cylinder,
-        cylinder,
-        p["pouring_height"],
-        rng,
-    )
+    centres = packing.cloud_in_cylinder(p, count, rng)
     O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
     # The wall of the cylinder starts a hair above the base plane, so that the two never share a contact.
     tube = O.bodies.append(walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 10 * radius, wall))
@@ -56,12 +47,14 @@ def lift(p, ids, tube, diagnostics):
     lifted = released + p["lift_height"] / p["lift_speed"]
     for i in tube:
         O.bodies[i].state.vel = (0, 0, p["lift_speed"])
-    stop.run_until(lambda: O.time >= lifted, O.dt, 2 * p["lift_height"] / p["lift_speed"], "lifting")
+    stop.run_until(lambda: O.time >= lifted, (lifted - released) / 500, 2 * p["lift_height"] / p["lift_speed"], "lifting")
     for i in tube:
         O.bodies[i].state.vel = (0, 0, 0)
 
+    states = session.states_of(ids)
+
     def at_rest():
-        return stop.mean_kinetic_energy(ids, mass) < p["rest_kinetic_energy"]
+        return stop.mean_kinetic_energy(states, mass) < p["rest_kinetic_energy"]
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "conical pile")
     session.finish(p, ids, diagnostics, released, clock, "at rest")

@@ -76,6 +76,7 @@ def release(p, ids, flap, diagnostics, offset):
     """
     mass, radius, released, clock = material.grain_mass(p), p["particle_radius"], O.time, time.process_time()
     not_before = released + stop.fall_time(p["fill_height"], material.GRAVITY)
+    state = dict(zip(ids, session.states_of(ids), strict=True))
     left, opening_speed = list(ids), 4 * (2 * material.GRAVITY * p["fill_height"]) ** 0.5
     for i in flap:
         O.bodies[i].state.vel = (opening_speed, 0, 0)
@@ -85,10 +86,10 @@ def release(p, ids, flap, diagnostics, offset):
         if opening_speed * (O.time - released) > p["box_length"]:
             for i in flap:
                 O.bodies[i].state.vel = (0, 0, 0)
-        gone = {i for i in left if O.bodies[i].state.pos[2] - offset[2] < -2 * radius}
+        gone = {i for i in left if state[i].pos[2] - offset[2] < -2 * radius}
         session.retire(gone, (1.5 * p["box_length"], 0, 0))
         left = [i for i in left if i not in gone]
-        return O.time > not_before and stop.mean_kinetic_energy(left, mass) < p["rest_kinetic_energy"]
+        return O.time > not_before and stop.mean_kinetic_energy([state[i] for i in left], mass) < p["rest_kinetic_energy"]
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge")
     session.finish(p, left, diagnostics, released, clock, "at rest")

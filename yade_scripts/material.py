@@ -30,6 +30,8 @@ from yade import Ip2_FrictMat_FrictMat_MindlinPhys, Ip2_PartialSatMat_PartialSat
 GRAVITY = 9.81
 WALL_RADIUS_RATIO = 1e8
 ROLLING_STIFFNESS_FACTOR = 4.0
+ROLLING_STEP_SHARE = 0.35
+FILLING_ENERGY_RATIO = 5e-4  # kinetic energy over m g d: grains that still rock, in a heap that no longer moves
 TOKEN_ADHESION = 1e-9  # pull-off force over grain weight: far too small to matter, it only selects YADE's branch
 
 
@@ -46,8 +48,21 @@ def rayleigh_time(p):
 
 
 def time_step(p):
-    """The fixed step where the request has one, else its fraction of the Rayleigh time [s]."""
-    return p["time_step"] or p["rayleigh_fraction"] * rayleigh_time(p)
+    """The fixed step where the request has one, else its fraction of the Rayleigh time, or less for soft grains [s].
+
+    The fraction bounds the error of single impacts. What goes unstable first is a grain that turns against the
+    rolling and shear springs of its n contacts: omega^2 = (8/3) n krot/I (two of three directions, both springs about
+    equally stiff, neighbours that turn the other way), so that with n = 5 the limit 2/omega is 0.55 sqrt(I/krot).
+    ROLLING_STEP_SHARE leaves room for loads that are ten times the static one in krot.
+    """
+    inertia = 0.4 * grain_mass(p) * p["particle_radius"] ** 2
+    rolling = ROLLING_STEP_SHARE * math.sqrt(inertia / stiff_rolling_spring(p, p["particle_radius"] / 2))
+    return p["time_step"] or min(p["rayleigh_fraction"] * rayleigh_time(p), rolling)
+
+
+def filling_energy(p):
+    """Mean kinetic energy per grain at which a filling counts as settled [J]."""
+    return p["filling_kinetic_energy"] or FILLING_ENERGY_RATIO * grain_mass(p) * GRAVITY * 2 * p["particle_radius"]
 
 
 def grain_eta(rolling_friction, r1=1.0, r2=1.0):
@@ -64,15 +79,30 @@ def rolling_stiffness(p, effective_radius):
     """krot [N m/rad] of a contact with the given R_eff [m]; 0 where mu_r is 0, because YADE reads eta = 0 as no cap."""
     if p["rolling_friction"] == 0:
         return 0.0
-    nu, young = p["poisson_ratio"], p["young_modulus"]
-    e_star = young / (2 * (1 - nu**2))
-    g_star = young / (2 * (1 + nu)) / (2 * (2 - nu))
-    load = 5 * grain_mass(p) * GRAVITY
-    overlap = (load / (4 / 3 * e_star * math.sqrt(effective_radius))) ** (2 / 3)
-    contact_radius = math.sqrt(effective_radius * overlap)
     if p["rolling_spring"] == "epsd":
-        return 2.25 * 4 / 3 * e_star * contact_radius * p["rolling_friction"] ** 2 * effective_radius**2
-    return ROLLING_STIFFNESS_FACTOR * 8 * g_star * contact_radius * effective_radius**2
+        normal = 4 / 3 * effective_modulus(p) * static_contact_radius(p, effective_radius)
+        return 2.25 * normal * p["rolling_friction"] ** 2 * effective_radius**2
+    return stiff_rolling_spring(p, effective_radius)
+
+
+def effective_modulus(p):
+    """E* of a contact of two equal materials [Pa]."""
+    return p["young_modulus"] / (2 * (1 - p["poisson_ratio"] ** 2))
+
+
+def static_contact_radius(p, effective_radius):
+    """Radius of the Hertz contact under five grain weights [m]."""
+    load = 5 * grain_mass(p) * GRAVITY
+    overlap = (load / (4 / 3 * effective_modulus(p) * math.sqrt(effective_radius))) ** (2 / 3)
+    return math.sqrt(effective_radius * overlap)
+
+
+def stiff_rolling_spring(p, effective_radius):
+    """krot of "epsd2" [N m/rad]: ROLLING_STIFFNESS_FACTOR k_t R_eff^2 with the shear stiffness k_t = 8 G* a."""
+    nu = p["poisson_ratio"]
+    g_star = p["young_modulus"] / (2 * (1 + nu)) / (2 * (2 - nu))
+    shear = 8 * g_star * static_contact_radius(p, effective_radius)
+    return ROLLING_STIFFNESS_FACTOR * shear * effective_radius**2
 
 
 def restitution_of(betan, steps=1000):

@@ -94,6 +94,11 @@ def engines(p):
     ]
 
 
+def states_of(ids):
+    """The grains' states: asking the scene for a body by its number costs more than reading its state."""
+    return [O.bodies[i].state for i in ids]
+
+
 def start(p):
     """Set step and engines; returns the grain and wall materials, added to the scene."""
     O.dt = material.time_step(p)
@@ -131,11 +136,11 @@ def pouring_rate(p, centres):
 
 def fill(p, ids, diagnostics):
     """Let the cloud fall and settle."""
-    mass, begin = material.grain_mass(p), O.time
-    not_before = begin + stop.fall_time(O.bodies[ids[-1]].state.pos[2], material.GRAVITY) / 2
+    mass, begin, states, energy = material.grain_mass(p), O.time, states_of(ids), material.filling_energy(p)
+    not_before = begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2
 
     def settled():
-        return O.time > not_before and stop.mean_kinetic_energy(ids, mass) < p["filling_kinetic_energy"]
+        return O.time > not_before and stop.mean_kinetic_energy(states, mass) < energy
 
     clock = time.process_time()
     stop.run_until(settled, p["sampling_interval"] * 5, p["longest_time"], "filling")
@@ -150,14 +155,14 @@ def fill(p, ids, diagnostics):
 
 def finish(p, ids, diagnostics, released, clock, reason):
     """Diagnostics of the final state."""
-    mass = material.grain_mass(p)
+    mass, states = material.grain_mass(p), states_of(ids)
     diagnostics.update(
         particles_left=len(ids),
         steps=O.iter,
         release_time=O.time - released,
         stop_reason=reason,
-        kinetic_energy=stop.mean_kinetic_energy(ids, mass),
-        rotational_energy=stop.mean_rotational_energy(ids, mass, p["particle_radius"]),
+        kinetic_energy=stop.mean_kinetic_energy(states, mass),
+        rotational_energy=stop.mean_rotational_energy(states, mass, p["particle_radius"]),
         release_cpu=time.process_time() - clock,
     )
 
@@ -180,4 +185,4 @@ def positions(ids):
     """Centres (n, 3) [m] of the grains."""
     import numpy as np
 
-    return np.array([tuple(O.bodies[i].state.pos) for i in ids]).reshape(-1, 3)
+    return np.array([tuple(state.pos) for state in states_of(ids)]).reshape(-1, 3)

@@ -46,23 +46,23 @@ def _look():
         O.pause()
 
 
-def mean_kinetic_energy(ids, mass):
+def mean_kinetic_energy(states, mass):
     """Mean translational kinetic energy of the grains [J].
 
     Translational only: a few grains spin about a vertical contact normal for ever, because nothing in the model
     resists that, and YADE's own kineticEnergy() would count them.
     """
-    total, bodies = 0.0, O.bodies
-    for i in ids:
-        v = bodies[i].state.vel
+    total = 0.0
+    for state in states:
+        v = state.vel
         total += v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-    return 0.5 * mass * total / len(ids) if ids else 0.0
+    return 0.5 * mass * total / len(states) if states else 0.0
 
 
-def mean_rotational_energy(ids, mass, radius):
+def mean_rotational_energy(states, mass, radius):
     """Mean rotational kinetic energy of the grains [J], reported beside the translational one."""
-    total = sum(O.bodies[i].state.angVel.squaredNorm() for i in ids)
-    return 0.5 * 0.4 * mass * radius**2 * total / len(ids) if ids else 0.0
+    total = sum(state.angVel.squaredNorm() for state in states)
+    return 0.5 * 0.4 * mass * radius**2 * total / len(states) if states else 0.0
 
 
 def fall_time(length, gravity):

@@ -283,9 +283,10 @@ def settled_layer(count=200, diameter=0.03):
     O.bodies.append(walls.cylinder(cylinder, 0.05 * r, centres[:, 2].max() + 10 * r, wall))
     ids = session.add_grains(p, centres, grain, rng)
     session.fill(p, ids, {})
+    states = session.states_of(ids)
 
     def energies():
-        return dict(translational=stop.mean_kinetic_energy(ids, mass), rotational=stop.mean_rotational_energy(ids, mass, r))
+        return dict(translational=stop.mean_kinetic_energy(states, mass), rotational=stop.mean_rotational_energy(states, mass, r))
 
     at_rest = energies()
     run(0.1)
