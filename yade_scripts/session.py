@@ -1,5 +1,6 @@
 """What every set-up script does around its simulation: read the request, build the scene, write the record."""
 
+import ctypes
 import hashlib
 import os
 import platform
@@ -94,6 +95,20 @@ def engines(p):
     ]
 
 
+def silence_log():
+    """Switch YADE's log off where that is possible: its filter looks at every grain that is near a facet, every step.
+
+    That takes about a tenth of a run (benchmarks/dem_cost.py), at any log level, and Python has no switch for it. What
+    goes wrong raises exceptions, which are kept in the record.
+    """
+    try:
+        library, core = ctypes.CDLL(None), (ctypes.c_void_p * 2)()
+        library._ZN5boost3log11v2_mt_posix4core3getEv(ctypes.byref(core))
+        library._ZN5boost3log11v2_mt_posix4core19set_logging_enabledEb(ctypes.c_void_p(core[0]), ctypes.c_bool(False))
+    except AttributeError:
+        pass  # another build of YADE, with another log
+
+
 def states_of(ids):
     """The grains' states: asking the scene for a body by its number costs more than reading its state."""
     return [O.bodies[i].state for i in ids]
@@ -101,6 +116,7 @@ def states_of(ids):
 
 def start(p):
     """Set step and engines; returns the grain and wall materials, added to the scene."""
+    silence_log()
     O.dt = material.time_step(p)
     O.engines = engines(p)
     grain, wall = material.materials(p)
