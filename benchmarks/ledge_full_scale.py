@@ -26,7 +26,14 @@ INDIVIDUALS = {
     "D": ((0.327, 0.429, 0.4e-3, 2800.0, 5e6), 35.79),
 }
 NAMES = ("rolling_friction", "sliding_friction", "particle_radius", "particle_density", "young_modulus")
-BOX = dict(box_length=16e-3, box_width=3.2e-3, fill_height=16e-3, sampling_interval=1e-3)
+BOX = dict(
+    box_length=16e-3,
+    box_width=3.2e-3,
+    fill_height=16e-3,
+    sampling_interval=1e-3,
+    rayleigh_fraction=0.2,
+    filling_kinetic_energy=1e-12,
+)
 MEASURED = 35.1
 SEEDS = (810_001, 810_002, 810_003)
 
@@ -34,7 +41,7 @@ SEEDS = (810_001, 810_002, 810_003)
 def requests(label: str) -> list[Request]:
     """The replicates of one individual, at 20 % of the Rayleigh time."""
     values = dict(zip(NAMES, INDIVIDUALS[label][0], strict=True))
-    return [Request.of("ledge", **values, **BOX, seed=seed) for seed in SEEDS]
+    return [Request.of("ledge", **values, **BOX, **NUMERICS, seed=seed) for seed in SEEDS]
 
 
 def main() -> None:

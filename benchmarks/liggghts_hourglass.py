@@ -1,16 +1,20 @@
-"""The demo's hourglass in LIGGGHTS, done the plain way: an oracle for the cost and the physics, never a dependency.
+"""The hourglass in LIGGGHTS, done the plain way: an oracle for the cost and the physics, never a dependency.
 
 Loose cloud, settle to the rest threshold, open, settle to the rest threshold. Same grains (the same seeded cloud), same
-vessel, same contact law (Hertz-Mindlin, elastic-plastic rolling resistance epsd2), same time step.
+vessel, same contact law (Hertz-Mindlin, elastic-plastic rolling resistance epsd2), a step of 20 % of the Rayleigh time.
 """
 
 import math
 import re
-import subprocess
-import time
 from pathlib import Path
 
+import measure
 import numpy as np
+import packing
+
+from benchmarks.dem import core_seconds
+from calibrator.objectives import rayleigh_time
+from calibrator.table import Request
 
 INPUT = """
 atom_style granular
@@ -45,7 +49,7 @@ thermo_modify lost ignore norm no
 run {fall}
 label settle
 run {every} post no
-if "${{mean}} > {filling}" then "jump SELF settle"
+if "${{mean}} > {rest}" then "jump SELF settle"
 variable s equal step
 print "FILLED ${{s}}"
 write_dump all custom filled.dump id x y z
@@ -77,6 +81,14 @@ def ring(radius: float, segments: int = 32) -> list:
     return [(corner * math.cos(i * step), corner * math.sin(i * step), 0.0) for i in range(segments)]
 
 
+def cloud(p: dict, mass: float) -> tuple[np.ndarray, np.ndarray]:
+    """Centres and velocities (n, 3) that yade_scripts/hourglass.py would start from: the same random numbers."""
+    rng = np.random.default_rng(p["seed"])
+    centres = packing.cloud_in_cylinder(p, round(p["fill_mass"] / mass), rng)
+    random_speed = 0.5 * (9.81 * 2 * p["particle_radius"]) ** 0.5
+    return centres, rng.normal(0, random_speed, centres.shape) - (0, 0, p["pouring_velocity"])
+
+
 def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndarray, dt: float) -> None:
     """Everything that LIGGGHTS reads, for parameters p under the project's names."""
     cylinder, neck, radius = p["cylinder_diameter"] / 2, p["neck_diameter"] / 2, p["particle_radius"]
@@ -104,24 +116,52 @@ def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndar
             fall=int(0.05 / dt),
             open=int(math.sqrt(2 * p["neck_diameter"] / 9.81) / dt),
             every=max(1, int(p["sampling_interval"] / dt)),
-            filling=p["filling_kinetic_energy"],
             rest=p["rest_kinetic_energy"],
         )
     )
 
 
-def run(folder: Path) -> dict:
-    """Run LIGGGHTS; core-seconds in all and steps of both stages."""
-    begin = time.monotonic()
-    done = subprocess.run(["liggghts", "-in", "in.hourglass"], cwd=folder, capture_output=True, text=True, errors="replace")
-    seconds = time.monotonic() - begin
-    if done.returncode != 0 or "RESTED" not in done.stdout:
-        raise RuntimeError(f"LIGGGHTS failed: {(done.stdout + done.stderr)[-500:]}")
-    filled, rested = (int(re.search(rf"^{word} (\d+)", done.stdout, re.MULTILINE).group(1)) for word in ("FILLED", "RESTED"))
-    return {"core_seconds": seconds, "filling_steps": filled, "steps": rested}
+def particle_steps(output: str) -> float:
+    """Sum over the steps of the grains in the scene, from the log's lines "step atoms energy"."""
+    rows = np.array(re.findall(r"^ +(\d+) +(\d+) +\S+ *$", output, re.MULTILINE), float)
+    rows = rows[np.concatenate([[True], np.diff(rows[:, 0]) > 0])]
+    return float(np.trapezoid(rows[:, 1], rows[:, 0]))
 
 
 def read_centres(path: Path) -> np.ndarray:
     """Positions (n, 3) of a dump, by id."""
     rows = np.loadtxt(path, skiprows=9)
     return rows[np.argsort(rows[:, 0])][:, 1:4]
+
+
+def responses(p: dict, mass: float, filled: np.ndarray, final: np.ndarray) -> dict:
+    """Density, residual fraction and equivalent angle, scanned as in yade_scripts/hourglass.py."""
+    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    x, y, height = measure.height_map(filled, radius, cylinder, cylinder)
+    section = np.hypot(x[:, None], y[None, :]) < cylinder
+    share = np.pi * cylinder**2 / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
+    density = len(filled) * mass / (measure.filled_volume(x, y, height, section) * share)
+    return {
+        "bulk_density": density,
+        "residual_fraction": len(final) / len(filled),
+        "drained_equivalent_angle_deg": measure.crater_angle_from_volume(len(final) * mass / density, cylinder, neck),
+    }
+
+
+def run_liggghts(folder: Path, parameters: dict) -> dict:
+    """One hourglass in LIGGGHTS: core-seconds, steps, particle-steps and responses. Raises RuntimeError where it fails."""
+    p = Request.of("hourglass", **parameters).parameters
+    mass = 4 / 3 * math.pi * p["particle_radius"] ** 3 * p["particle_density"]
+    folder.mkdir(parents=True, exist_ok=True)
+    dt = 0.2 * float(rayleigh_time({n: np.array(v) for n, v in p.items() if not isinstance(v, str)}))
+    write_inputs(folder, p, *cloud(p, mass), dt)
+    seconds = core_seconds(["liggghts", "-in", "in.hourglass"], folder)
+    output = (folder / "output.txt").read_text(errors="replace")
+    steps = {word: int(re.search(rf"^{word} (\d+)", output, re.MULTILINE).group(1)) for word in ("FILLED", "RESTED")}
+    return {
+        "core_seconds": seconds,
+        "filling_steps": steps["FILLED"],
+        "steps": steps["RESTED"],
+        "particle_steps": particle_steps(output),
+        "responses": responses(p, mass, read_centres(folder / "filled.dump"), read_centres(folder / "final.dump")),
+    }

@@ -30,7 +30,9 @@ Columns = Mapping[str, np.ndarray | float]
 Responses = Mapping[str, np.ndarray]
 Function = Callable[[Problem, Columns, Responses], np.ndarray]
 
-LARGEST_SHARE = 0.2  # of the Rayleigh time: the paper's limit for the time step (section 3.4)
+# Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts is unbiased and the bulk responses do
+# not move (benchmarks/same_responses.py).
+LARGEST_SHARE = 0.4
 _COST_SIGNS = {"particle_radius": -1, "particle_density": -1, "young_modulus": 1}  # of Eq. (5)
 
 
@@ -157,7 +159,7 @@ def rayleigh_time(columns: Columns) -> np.ndarray:
 
 
 def time_step_warning(time_step: float, columns: Columns) -> str | None:
-    """One line if time_step [s] exceeds 20 % of the smallest Rayleigh time among the columns, else None."""
+    """One line if time_step [s] exceeds LARGEST_SHARE of the smallest Rayleigh time among the columns, else None."""
     shortest = float(np.min(rayleigh_time(columns)))
     if time_step <= LARGEST_SHARE * shortest:
         return None

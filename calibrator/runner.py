@@ -16,7 +16,7 @@ from pathlib import Path
 
 from calibrator.cost import core_seconds
 from calibrator.errors import CalibratorError
-from calibrator.quantities import SCRIPTS, SETUPS
+from calibrator.quantities import SCRIPTS
 from calibrator.records import InvalidRecord, Record, read_record
 from calibrator.table import Request, write_table
 
@@ -113,12 +113,10 @@ def run(
         if not pending:
             break
         command = yade_batch_command()
-        for setup in [s for s in SETUPS if any(r.setup == s for r in pending)]:
-            known_costs = gather(folder, requests)
-            batch = [r for r in pending if r.setup == setup]
-            cost = dict(zip((r.run_id for r in batch), core_seconds(batch, known_costs), strict=True))
-            batch.sort(key=lambda r: -cost[r.run_id])
-            _run_batch(folder, batch, cost, command, jobs or os.cpu_count() or 1, 2.0**attempt, report)
+        predicted = core_seconds(pending, gather(folder, requests))
+        cost = dict(zip((r.run_id for r in pending), predicted, strict=True))
+        pending.sort(key=lambda r: -cost[r.run_id])
+        _run_batch(folder, pending, cost, command, jobs or os.cpu_count() or 1, 2.0**attempt, report)
     return gather(folder, requests)
 
 
@@ -155,8 +153,8 @@ def _run_batch(
     for request in batch:  # a record of a failed attempt would make the wrapper believe that the run is done
         folder.record(request).unlink(missing_ok=True)
         folder.log(request).unlink(missing_ok=True)
-    setup = batch[0].setup
-    name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}-{setup}.table"
+    setups = {r.setup for r in batch}
+    name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
     write_table(folder.path / name, batch)
     limit = patience * max(120.0, 10 * max(cost.values()))
     arguments = [
@@ -174,7 +172,7 @@ def _run_batch(
         "--executable",
         "scripts/run_yade.sh",
         name,
-        f"scripts/{setup}.py",
+        *(f"scripts/{setup}.py" for setup in setups if len(setups) == 1),
     ]
     with open(folder.path / "logs" / "yade-batch.log", "ab") as output:
         process = subprocess.Popen(

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from calibrator.errors import CalibratorError
 from calibrator.problem import Value, checked_value, known
-from calibrator.quantities import SCHEMA, SETUPS, parameters_of
+from calibrator.quantities import PARAMETERS, SCHEMA, SETUPS, parameters_of
 
 
 @dataclass(frozen=True)
@@ -48,16 +48,20 @@ def cell(name: str, value: Value) -> str:
 
 
 def write_table(path: Path, requests: Sequence[Request]) -> None:
-    """Write a table for one set-up, atomically; line i + 2 is requests[i].
+    """Write a table, atomically; line i + 2 is requests[i].
 
+    A table of several set-ups says in yade-batch's column !SCRIPT which script runs a line, relative to the result
+    folder, and holds the columns of all of them; a script passes over what it does not take.
     Every cell is complete (YADE copies neighbours into empty ones) and the file ends in a newline (YADE drops the
     last character otherwise). The run id is the description, which yade-batch also uses for the log's name.
     """
-    if len({r.setup for r in requests}) != 1:
-        raise ValueError("a table holds the runs of exactly one set-up")
-    names = list(parameters_of(requests[0].setup))
-    lines = [" ".join(["description", *names])]
-    lines += [" ".join([r.run_id, *(cell(n, r.parameters[n]) for n in names)]) for r in requests]
+    setups = {r.setup for r in requests}
+    names = [n for n, q in PARAMETERS.items() if setups & set(q.setups)]
+    script = ["!SCRIPT"] * (len(setups) > 1)
+    lines = [" ".join(["description", *script, *names])]
+    for r in requests:
+        values = [cell(n, r.parameters.get(n, PARAMETERS[n].default)) for n in names]
+        lines.append(" ".join([r.run_id, *(f"scripts/{r.setup}.py" for _ in script), *values]))
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     temporary.write_text("\n".join(lines) + "\n")
     os.replace(temporary, path)

@@ -51,7 +51,7 @@ def test_the_driver_gets_a_settled_run_with_every_response(driven, setup):
     assert expected - MAY_BE_MISSING <= set(record.responses) <= expected
     assert record.diagnostics["kinetic_energy"] < 1e-15
     assert 1400 < record.responses["bulk_density"] < 1750
-    assert record.diagnostics["rayleigh_fraction"] == pytest.approx(0.2)
+    assert 0.25 < record.diagnostics["rayleigh_fraction"] < 0.4  # bounded by the rolling springs of soft grains
 
 
 def test_the_curves_of_a_discharge_agree_with_its_responses(driven):

@@ -35,14 +35,15 @@ NOMINAL_FRACTION = 0.57
 def main(setup, simulate):
     """Run one request and write its record to ./records.
 
-    The request is the line of the yade-batch table named by YADE_BATCH, or the defaults of contract.json.
+    The request is the line of the yade-batch table named by YADE_BATCH, or the defaults of contract.json. One table may
+    serve several set-ups, so columns that belong to another one are passed over.
     simulate(p, diagnostics) returns (status, responses, curves); its exceptions become the record's status.
     """
-    known = contract.parameters_of(setup)
-    utils.readParamsFromTable(noTableOk=True, unknownOk=False, **{n: s["default"] for n, s in known.items()})
+    defaults = {name: spec["default"] for name, spec in contract.CONTRACT["parameters"].items()}
+    utils.readParamsFromTable(noTableOk=True, unknownOk=False, **defaults)
     from yade.params import table
 
-    given = {name: getattr(table, name) for name in known}
+    given = {name: getattr(table, name) for name in contract.parameters_of(setup)}
     started, diagnostics = time.time(), {}
     record = dict(schema=contract.CONTRACT["schema"], setup=setup, run_id=_run_id(setup), parameters=given)
     curves = {}

@@ -1,0 +1,147 @@
+"""What one hourglass costs, what each change saved, and what LIGGGHTS takes for the same job done the plain way.
+
+    python -m benchmarks.dem_cost            about 20 minutes on an idle machine; needs YADE and LIGGGHTS
+    python -m benchmarks.dem_cost quartz     one of the two hourglasses only, prints instead of writing
+
+Writes benchmarks/results/dem_cost.json and .png. Core-seconds are CPU time of the whole process, median of three rounds;
+in each round every variant runs once, one after the other, so that a slow quarter of an hour hits them all.
+"""
+
+import json
+import shutil
+import statistics
+import sys
+
+import matplotlib
+import numpy as np
+
+from benchmarks.common import RESULTS, rounded, write
+from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, WORK, run_hourglass
+from benchmarks.liggghts_hourglass import run_liggghts
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+ROUNDS = 3
+SEED = 71_000
+RUNGS = {  # what is in force: scripts of a commit ("" is the work tree) and columns that differ from today's defaults
+    "start": (START, START_NUMERICS),
+    "cached states": ("1a914f7", START_NUMERICS),
+    "silent log": ("", START_NUMERICS),
+    "filling threshold": ("", {"rayleigh_fraction": START_NUMERICS["rayleigh_fraction"]}),
+    "time step": ("", {}),
+}
+STAGES = ("start_up", "filling", "discharge", "settling")
+
+
+def particle_steps(record: dict) -> tuple[float, float]:
+    """Sum over the steps of the grains in the scene, and the part of it after the last passage of the neck."""
+    d, time = record["diagnostics"], record["curves"]["time"]
+    passed = record["curves"]["passed_mass"] / record["curves"]["passed_mass"][-1] * (d["particles"] - d["particles_left"])
+    grains = (d["particles"] - passed) / d["time_step"]
+    settling = time >= time[np.argmax(passed >= passed[-1] - 0.5)]
+    filling = d["particles"] * d["filling_time"] / d["time_step"]
+    return filling + np.trapezoid(grains, time), np.trapezoid(grains[settling], time[settling])
+
+
+def stages(record: dict) -> dict[str, float]:
+    """Core-seconds of each stage. What the scripts do not time (the start's settling) is shared out by particle-steps."""
+    d = record["diagnostics"]
+    total, settled = particle_steps(record)
+    released = total - d["particles"] * d["filling_time"] / d["time_step"]
+    settling = d.get("settling_cpu", d["release_cpu"] * settled / released)
+    return {
+        "start_up": record["core_seconds"] - d["filling_cpu"] - d["release_cpu"],
+        "filling": d["filling_cpu"],
+        "discharge": d["release_cpu"] - settling,
+        "settling": settling,
+    }
+
+
+def medians(rows: list[dict]) -> dict:
+    """Median of each number over the rounds."""
+    return {name: rounded(statistics.median(row[name] for row in rows)) for name in rows[0]}
+
+
+def measure(case: str) -> dict:
+    """All variants of one hourglass."""
+    parameters = {**HOURGLASSES[case], "seed": SEED}
+    yade: dict[str, list[dict]] = {name: [] for name in RUNGS}
+    liggghts = []
+    for round_ in range(ROUNDS):
+        for name, (commit, numerics) in RUNGS.items():
+            yade[name].append(run_hourglass(commit, {**parameters, **numerics}, again=f"_cost{round_}_{name.replace(' ', '_')}"))
+            print(case, round_, name, f"{yade[name][-1]['core_seconds']:.1f} core-s", flush=True)
+        liggghts.append(run_liggghts(WORK / f"liggghts_{case}_{round_}", parameters))
+        print(case, round_, "LIGGGHTS", f"{liggghts[-1]['core_seconds']:.1f} core-s", flush=True)
+    return summary(yade, liggghts)
+
+
+def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
+    """Ratios of the medians; what a change saved is the ratio of its rung to the rung before."""
+    total = {name: statistics.median(r["core_seconds"] for r in rows) for name, rows in yade.items()}
+    work = {name: particle_steps(rows[0])[0] for name, rows in yade.items()}
+    names, now, peer = list(RUNGS), yade["time step"][0], statistics.median(r["core_seconds"] for r in liggghts)
+    per_step = total["time step"] / work["time step"], peer / liggghts[0]["particle_steps"]
+    return {
+        "particles": now["diagnostics"]["particles"],
+        "ratio_to_start": rounded(total["start"] / total["time step"]),
+        "ratio_to_liggghts_total": rounded(total["time step"] / peer),
+        "ratio_to_liggghts_total_at_start": rounded(total["start"] / peer),
+        "ratio_to_liggghts_per_particle_step": rounded(per_step[0] / per_step[1]),
+        "saved_by": {b: rounded(1 - total[b] / total[a], 3) for a, b in zip(names, names[1:], strict=False)},
+        "same_bits_as_start": [n for n in names[1:] if yade[n][0]["responses"] == yade["start"][0]["responses"]],
+        "yade": {
+            name: {
+                "core_seconds": rounded(total[name]),
+                "core_seconds_range": [rounded(f(r["core_seconds"] for r in rows)) for f in (min, max)],
+                "stages": medians([stages(r) for r in rows]),
+                "steps": rows[0]["diagnostics"]["steps"],
+                "particle_steps": rounded(work[name]),
+                "nanoseconds_per_particle_step": rounded(1e9 * total[name] / work[name]),
+                "responses": {n: rounded(v) for n, v in rows[0]["responses"].items()},
+            }
+            for name, rows in yade.items()
+        },
+        "liggghts": {
+            "core_seconds": rounded(peer),
+            "core_seconds_range": [rounded(f(r["core_seconds"] for r in liggghts)) for f in (min, max)],
+            "steps": liggghts[0]["steps"],
+            "filling_steps": liggghts[0]["filling_steps"],
+            "particle_steps": rounded(liggghts[0]["particle_steps"]),
+            "nanoseconds_per_particle_step": rounded(1e9 * per_step[1]),
+            "responses": {n: rounded(v) for n, v in liggghts[0]["responses"].items()},
+        },
+    }
+
+
+def figure(found: dict[str, dict]) -> None:
+    """Stacked stages of every rung, LIGGGHTS beside them."""
+    fig, axes = plt.subplots(1, len(found), figsize=(5.5 * len(found), 4), layout="constrained", squeeze=False)
+    for axis, (case, one) in zip(axes[0], found.items(), strict=True):
+        names, bottom = list(one["yade"]), np.zeros(len(one["yade"]))
+        for stage, colour in zip(STAGES, ("0.6", "tab:blue", "tab:orange", "tab:green"), strict=True):
+            heights = np.array([one["yade"][n]["stages"][stage] for n in names])
+            axis.bar(names, heights, bottom=bottom, label=stage.replace("_", "-"), color=colour)
+            bottom += heights
+        axis.bar(["LIGGGHTS\nplain way"], one["liggghts"]["core_seconds"], color="tab:red")
+        axis.set(title=f"{case}: {one['particles']} grains", ylabel="core-seconds a run")
+        axis.tick_params(axis="x", labelrotation=35)
+    axes[0][0].legend(frameon=False)
+    fig.savefig(RESULTS / "dem_cost.png", dpi=110)
+
+
+def main() -> None:
+    """Measure, write, draw."""
+    found = {case: measure(case) for case in sys.argv[1:] or HOURGLASSES}
+    if sys.argv[1:]:
+        print(json.dumps(found, indent=1))
+        return
+    write("dem_cost", found)
+    figure(found)
+    for folder in WORK.glob("*_cost*"):
+        shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    main()

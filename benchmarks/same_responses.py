@@ -1,0 +1,96 @@
+"""Are the responses still what they were when a run cost twice as much? Ten parameter sets, three seeds, old and new scripts.
+
+.venv/bin/python -m benchmarks.same_responses [coarse_sand] [quartz]     resumable; about 25 and 80 core-minutes
+
+Writes benchmarks/results/same_responses.json and .png. "shift" is the mean change of a response over the sets with its
+standard error, "z" the change of each set over the error that the seeds leave it.
+"""
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import matplotlib
+import numpy as np
+from scipy.stats import chi2, qmc
+
+from benchmarks.common import RESULTS, rounded, write
+from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, run_hourglass
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+MODULUS = {"coarse_sand": (0.5e6, 4e6), "quartz": (5e6, 5e7)}
+RESPONSES = ("bulk_density", "drained_equivalent_angle_deg", "residual_fraction", "mass_flow_rate", "emptying_time")
+SETS, SEEDS = 10, (71_001, 71_002, 71_003)
+
+
+def sets(case: str) -> list[dict]:
+    """Ten parameter sets over frictions and Young's modulus."""
+    box = {"rolling_friction": (0.05, 0.45), "sliding_friction": (0.2, 0.7), "young_modulus": MODULUS[case]}
+    points = qmc.scale(qmc.Halton(3, seed=1).random(SETS), *zip(*box.values(), strict=True))
+    return [{**HOURGLASSES[case], **dict(zip(box, map(float, p), strict=True))} for p in points]
+
+
+def responses(case: str) -> dict[str, np.ndarray]:
+    """{"start", "now": values (sets, seeds, responses)}; NaN where a run clogged."""
+    jobs = [(c, {**p, **n, "seed": s}) for p in sets(case) for s in SEEDS for c, n in ((START, START_NUMERICS), ("", {}))]
+    with ThreadPoolExecutor(2) as pool:
+        records = list(pool.map(lambda job: run_hourglass(*job), jobs))
+    unusual = [(r["run_id"], r["status"]) for r in records if r["status"] not in ("ok", "clogged")]
+    if unusual:
+        raise SystemExit(f"runs that came to nothing: {unusual}")
+    values = np.array([[r["responses"].get(name, np.nan) for name in RESPONSES] for r in records])
+    values = values.reshape(SETS, len(SEEDS), 2, len(RESPONSES))
+    return {"start": values[:, :, 0], "now": values[:, :, 1]}
+
+
+def compared(found: dict[str, np.ndarray]) -> dict:
+    """Per response: seed noise then and now, mean change with its error, and the chance of so large changes by seeds alone."""
+    out = {}
+    for i, name in enumerate(RESPONSES):
+        old, new = found["start"][..., i], found["now"][..., i]
+        counts = np.array([(~np.isnan(v)).sum(1) for v in (old, new)])
+        use = (counts >= 2).all(0)
+        noise = [float(np.sqrt(np.nanmean(np.nanvar(v[use], axis=1, ddof=1)))) for v in (old, new)]
+        error = np.sqrt(noise[0] ** 2 / counts[0] + noise[1] ** 2 / counts[1])[use]
+        change = (np.nanmean(new, 1) - np.nanmean(old, 1))[use]
+        shift, shift_error = change.mean(), np.sqrt((error**2).sum()) / use.sum()
+        out[name] = {
+            "sets": int(use.sum()),
+            "mean": rounded(np.nanmean(old)),
+            "seed_noise_start": rounded(noise[0]),
+            "seed_noise_now": rounded(noise[1]),
+            "shift": rounded(shift),
+            "shift_standard_error": rounded(shift_error),
+            "shift_relative": rounded(shift / np.nanmean(old)),
+            "z": [rounded(z, 3) for z in change / error],
+            "p_value_all_sets": rounded(chi2.sf(((change / error) ** 2).sum(), use.sum())),
+        }
+    return out
+
+
+def figure(found: dict[str, dict[str, np.ndarray]]) -> None:
+    """Every set's mean now against its mean then, with the seeds' standard deviation."""
+    fig, axes = plt.subplots(len(found), 4, figsize=(13, 3.2 * len(found)), squeeze=False, layout="constrained")
+    for row, (case, values) in zip(axes, found.items(), strict=True):
+        for axis, i in zip(row, (0, 1, 3, 4), strict=True):
+            old, new = values["start"][..., i], values["now"][..., i]
+            axis.errorbar(
+                np.nanmean(old, 1), np.nanmean(new, 1), np.nanstd(new, 1, ddof=1), np.nanstd(old, 1, ddof=1), fmt="o", ms=4, lw=1
+            )
+            ends = [np.nanmin([old, new]), np.nanmax([old, new])]
+            axis.plot(ends, ends, color="0.6", lw=1, zorder=0)
+            axis.set(title=f"{case}: {RESPONSES[i]}", xlabel="start", ylabel="now")
+            axis.title.set_size(9)
+    fig.savefig(RESULTS / "same_responses.png", dpi=110)
+
+
+def main() -> None:
+    """Run what is missing and compare."""
+    found = {case: responses(case) for case in sys.argv[1:] or HOURGLASSES}
+    write("same_responses", {case: compared(values) for case, values in found.items()})
+    figure(found)
+
+
+if __name__ == "__main__":
+    main()
