@@ -37,7 +37,7 @@ class Request:
         return hashlib.sha256(key.encode()).hexdigest()[:16]
 
 
-def cell(name: str, value: Value) -> str:
+def cell(name: str, value: Value | None) -> str:
     """One table cell. YADE evaluates cells as Python, so only a number or a word of the vocabulary may pass."""
     checked = checked_value(name, value)
     text = repr(checked)

@@ -39,8 +39,9 @@ def run_line() -> None:
     lines = Path(table).read_text().splitlines()
     cells = dict(zip(lines[0].split(), lines[int(line) - 1].split(), strict=True))
     run_id = cells.pop("description")
-    given = {name: ast.literal_eval(cell) for name, cell in cells.items()}
     setup = Path(sys.argv[-1]).stem
+    own = contract.parameters_of(setup)
+    given = {name: ast.literal_eval(cell) for name, cell in cells.items() if name in own}
     with open("calls.txt", "a") as stream:
         stream.write(run_id + "\n")
     behave(setup, run_id, contract.checked(setup, given))
@@ -77,11 +78,14 @@ def behave(setup: str, run_id: str, p: dict) -> None:
 
 def run_batch() -> None:
     """What yade-batch does: every line of the table through --executable, one after the other, log and summary."""
-    options = dict(zip(sys.argv[1:-2:2], sys.argv[2:-2:2], strict=False))
-    switch = sys.argv.index("--disable-pynotify")
-    options.update(dict(zip(sys.argv[switch + 1 : -2 : 2], sys.argv[switch + 2 : -2 : 2], strict=True)))
-    table, script = sys.argv[-2:]
-    for number, line in enumerate(Path(table).read_text().splitlines()[1:], 2):
+    arguments = [a for a in sys.argv[1:] if a != "--disable-pynotify"]
+    position = next(i for i in range(0, len(arguments), 2) if not arguments[i].startswith("-"))
+    options = dict(zip(arguments[:position:2], arguments[1:position:2], strict=True))
+    table, *scripts = arguments[position:]
+    header, *lines = Path(table).read_text().splitlines()
+    for number, line in enumerate(lines, 2):
+        cells = dict(zip(header.split(), line.split(), strict=True))
+        script = cells.get("!SCRIPT") or scripts[0]
         log = options["--log"].replace("@", line.split()[0])
         with open(log, "w") as stream:
             code = subprocess.run(

@@ -35,6 +35,17 @@ def test_a_table_gives_every_value_back_exactly(tmp_path):
         assert {n: ast.literal_eval(c) for n, c in cells.items()} == request.parameters
 
 
+def test_a_table_of_two_set_ups_names_the_script_of_each_line_and_completes_foreign_columns(tmp_path):
+    requests = [Request.of("hourglass", neck_diameter=0.013), Request.of("ledge", box_length=0.04)]
+    write_table(tmp_path / "t.table", requests)
+    header, *lines = (tmp_path / "t.table").read_text().splitlines()
+    for line, request in zip(lines, requests, strict=True):
+        cells = dict(zip(header.split(), line.split(), strict=True))
+        assert cells["!SCRIPT"] == f"scripts/{request.setup}.py"
+        assert {n: ast.literal_eval(cells[n]) for n in request.parameters} == request.parameters
+        assert ast.literal_eval(cells["lift_speed"] if "lift_speed" in cells else "1") == 1
+
+
 @pytest.mark.parametrize("evil", ["__import__('os').system('true')", "1e5)", "inf", "nan", "'epsd'; 1", None, True, [1], 1j])
 def test_no_cell_carries_anything_but_a_number_or_a_known_word(evil):
     for name in PARAMETERS:
