@@ -7,6 +7,7 @@ standard error, "z" the change of each set over the error that the seeds leave i
 """
 
 import sys
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
 import matplotlib
@@ -14,7 +15,7 @@ import numpy as np
 from scipy.stats import chi2, qmc
 
 from benchmarks.common import RESULTS, rounded, write
-from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, run_hourglass
+from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, run_hourglass, scripts_at
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -32,21 +33,20 @@ def sets(case: str) -> list[dict]:
 
 
 def responses(case: str) -> dict[str, np.ndarray]:
-    """{"start", "now": values (sets, seeds, responses)}; NaN where a run clogged."""
+    """{"start", "now": values (sets, seeds, responses), NaN where a run clogged; "statuses": of all runs (2, runs)}."""
+    scripts_at(START)
     jobs = [(c, {**p, **n, "seed": s}) for p in sets(case) for s in SEEDS for c, n in ((START, START_NUMERICS), ("", {}))]
     with ThreadPoolExecutor(2) as pool:
         records = list(pool.map(lambda job: run_hourglass(*job), jobs))
-    unusual = [(r["run_id"], r["status"]) for r in records if r["status"] not in ("ok", "clogged")]
-    if unusual:
-        raise SystemExit(f"runs that came to nothing: {unusual}")
     values = np.array([[r["responses"].get(name, np.nan) for name in RESPONSES] for r in records])
     values = values.reshape(SETS, len(SEEDS), 2, len(RESPONSES))
-    return {"start": values[:, :, 0], "now": values[:, :, 1]}
+    statuses = np.array([r["status"] for r in records]).reshape(-1, 2).T
+    return {"start": values[:, :, 0], "now": values[:, :, 1], "statuses": statuses}
 
 
 def compared(found: dict[str, np.ndarray]) -> dict:
     """Per response: seed noise then and now, mean change with its error, and the chance of so large changes by seeds alone."""
-    out = {}
+    out: dict = {"statuses": {when: Counter(s.tolist()) for when, s in zip(("start", "now"), found["statuses"], strict=True)}}
     for i, name in enumerate(RESPONSES):
         old, new = found["start"][..., i], found["now"][..., i]
         counts = np.array([(~np.isnan(v)).sum(1) for v in (old, new)])
