@@ -1,11 +1,12 @@
-"""How the bookkeeping grows with the number of runs: tables, records, database.
+"""How the bookkeeping grows with the number of runs: tables, records, database, and the verbs plan, collect and report.
 
     python -m benchmarks.growth            writes benchmarks/results/growth.json and growth.png, some minutes
     python -m benchmarks.growth --quick    few records, prints only: a smoke test
 
 The records are synthetic: made-up responses of hourglass runs that never took place, in the format of real ones. "Ratio to
 linear" is the time (or memory) per record over that with the fewest but one, so 1 is linear growth and less is better; with the
-fewest, what every call costs once still shows. Memory is tracemalloc's peak in a pass of its own.
+fewest, what every call costs once still shows. The verbs work on the demo's case with 50 parameter sets and as many replicates
+as give the number. Memory is tracemalloc's peak in a pass of its own.
 """
 
 from __future__ import annotations
@@ -21,13 +22,17 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common import RESPONSES, RESULTS, paper_problem, peak_memory, power, rounded, runs, seconds_of, write
-from calibrator import runner
+from calibrator import runner, workflow
+from calibrator.case import read_case
 from calibrator.database import Database, response_table
+from calibrator.plan import plan_requests
 from calibrator.quantities import SCHEMA
+from calibrator.report import write_report
 from calibrator.runner import RunFolder, gather
 from calibrator.table import Request, write_table
 
 SIZES = [100, 1000, 10_000, 100_000]
+SETS = 50
 LOST = 100  # one in so many runs has failed for good
 
 
@@ -38,11 +43,9 @@ def made_up_requests(count: int) -> list[Request]:
     return [Request.of("hourglass", **point, seed=seed) for seed, point in enumerate(points)]
 
 
-def write_records(folder: RunFolder, requests: list[Request]) -> None:
-    """A record for each request with made-up responses; one in LOST is on the list of failures instead."""
+def write_records(folder: RunFolder, requests: list[Request], responses: np.ndarray, names: list[str]) -> None:
+    """A record for each request with made-up responses (n, m); one in LOST is on the list of failures instead."""
     folder.prepare()
-    responses = runs(paper_problem(), len(requests))[1]
-    names = [key.split(".")[1] for key in RESPONSES]
     failed = requests[::LOST]
     folder.write_failures({r.run_id: {"kind": "crash", "message": "made up", "attempts": 2} for r in failed})
     for index, (request, row) in enumerate(zip(requests, responses, strict=True)):
@@ -61,11 +64,41 @@ def write_records(folder: RunFolder, requests: list[Request]) -> None:
             folder.record(request).write_text(json.dumps(record))
 
 
+def workspace(path: Path, count: int) -> workflow.Workspace:
+    """The demo's case with so many runs, all of them made up, and calibrated."""
+    text = (Path(__file__).parent.parent / "cases" / "coarse_sand.toml").read_text()
+    for line, other in (
+        ("sets = 24", f"sets = {SETS}"),
+        ("replicates = 2\n", f"replicates = {max(2, count // SETS)}\n"),
+        ('measured = "', f'measured = "{Path(__file__).parent.parent}/cases/'),
+        ('truth_file = "', f'truth_file = "{Path(__file__).parent.parent}/cases/'),
+        ('shipped = "../grid/coarse_sand.csv"\n', ""),
+    ):
+        if line not in text:
+            raise SystemExit(f"cases/coarse_sand.toml has no line {line!r} any more: adapt this benchmark")
+        text = text.replace(line, other)
+    path.mkdir()
+    (path / "case.toml").write_text(text)
+    case = read_case(path / "case.toml")
+    space = workflow.Workspace(case, path / "results")
+    requests = plan_requests(case)
+    rolling, sliding, modulus = np.array([[r.parameters[n] for n in case.problem.names] for r in requests]).T
+    clean = np.column_stack(
+        [1600 - 60 * sliding - 20 * rolling - modulus / 1e5, 45 + 20 * sliding + 30 * rolling, 0.03 - 0.005 * sliding]
+    )
+    noisy = clean * (1 + 0.01 * np.random.default_rng(count).standard_normal(clean.shape))
+    names = ["bulk_density", "drained_equivalent_angle_deg", "mass_flow_rate"]
+    write_records(space.runs, requests, noisy, names)
+    workflow.calibrate(space)
+    return space
+
+
 def steps(path: Path, count: int) -> dict[str, Callable[[], Any]]:
     """What a calibration does with its records, in order; each step finds the files that it needs."""
     requests = made_up_requests(count)
     folder = RunFolder(path)
-    write_records(folder, requests)
+    write_records(folder, requests, runs(paper_problem(), count)[1], [key.split(".")[1] for key in RESPONSES])
+    space = workspace(path / "case", count)
     records = gather(folder, requests)
     database = Database(records)
     database.write(path / "database.csv")
@@ -78,6 +111,9 @@ def steps(path: Path, count: int) -> dict[str, Callable[[], Any]]:
         "read database": partial(Database.read, path / "database.csv"),
         "find in database": partial(database.find, requests),
         "table of responses": partial(response_table, paper_problem(), records, RESPONSES),
+        "verb plan": partial(workflow.plan, space),
+        "verb collect": partial(workflow.collect, space),
+        "verb report": partial(write_report, space),
     }
 
 

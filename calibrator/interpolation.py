@@ -28,6 +28,8 @@ FEWEST_DEGREES = 4  # pooled seed noise with fewer degrees of freedom is uncerta
 CHUNK = 4096  # rows predicted at once: keeps the covariance block in the processor's cache
 TREND_VARIANCE = 10.0  # of the standardised response per half range: broad, so the linear trend is all but free
 LENGTH_SCALES = (0.5, 20.0)  # in half ranges: 15-60 points cannot resolve less than a quarter of a range
+KERNEL_POINTS = 500  # more hardly change the kernel, and the search for it takes minutes (benchmarks/interpolant.py)
+MOST_POINTS = 10_000  # a covariance of 0.8 GB, and the process holds a few of its size
 JITTER = 1e-8  # of the standardised variance: keeps the covariance invertible where the noise is measured as zero
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
@@ -397,6 +399,9 @@ class GaussianProcess:
     ) -> GaussianProcess:
         """Processes through the mean responses, smoothing by the seed noise.
 
+        A search for the kernel takes the cube of the number of points, some hundred times over. Beyond KERNEL_POINTS it
+        sees a random subset of that many (drawn with seed); the process itself is conditioned on all points.
+
         Parameters
         ----------
         points : (n, d) parameter sets, replicates repeated; values : (n, m) responses, NaN where not measured.
@@ -408,7 +413,8 @@ class GaussianProcess:
 
         Raises
         ------
-        CalibratorError : a point lies outside bounds, or a response has fewer than d + 2 distinct points.
+        CalibratorError : a point lies outside bounds, a response has fewer than d + 2 distinct points, or there are more than
+            MOST_POINTS of them.
         """
         runs = _checked_runs(points, values, names, noise, counts, parameters, FEWEST_DEGREES)
         bounds = np.asarray(bounds, float)
@@ -494,17 +500,32 @@ def _fit_process(runs: _Runs, column: int, bounds: np.ndarray, restarts: int, se
             f"{runs.responses[column]} was measured at {len(rows)} distinct points: "
             f"give at least {bounds.shape[1] + 2} for {bounds.shape[1]} parameters"
         )
+    if len(rows) > MOST_POINTS:
+        raise CalibratorError(
+            f"a Gaussian process through {len(rows)} parameter sets does not fit into memory (at most {MOST_POINTS}): "
+            "interpolate with the multilinear method, or calibrate on a part of the database"
+        )
     unit, values, counts = _unit(runs.points[rows], bounds), runs.values[rows, column], runs.counts[rows, column]
     centre, scale = values.mean(), values.std() or 1.0
     standard, noise = (values - centre) / scale, runs.noise[column] / scale
     if np.isnan(noise):
         raw = ~np.isnan(runs.raw_values[:, column])
         raw_standard = (runs.raw_values[raw, column] - centre) / scale
-        kernel, noise = _kernel_and_noise(_unit(runs.raw_points[raw], bounds), raw_standard, restarts, seed)
+        some = _subset(len(raw_standard), seed)
+        kernel, noise = _kernel_and_noise(_unit(runs.raw_points[raw], bounds)[some], raw_standard[some], restarts, seed)
     else:
-        kernel = _likeliest(_kernel(bounds.shape[1]), unit, standard, noise**2 / counts + JITTER, restarts, seed)
+        some = _subset(len(rows), seed)
+        alpha = noise**2 / counts[some] + JITTER
+        kernel = _likeliest(_kernel(bounds.shape[1]), unit[some], standard[some], alpha, restarts, seed)
     regressor = GaussianProcessRegressor(kernel, alpha=noise**2 / counts + JITTER, optimizer=None).fit(unit, standard)
     return _Process(regressor, rows, centre, scale, noise * scale)
+
+
+def _subset(count: int, seed: int) -> np.ndarray:
+    """Rows that the search for the kernel sees: all, or KERNEL_POINTS of them."""
+    if count <= KERNEL_POINTS:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(seed).choice(count, KERNEL_POINTS, replace=False))
 
 
 def _kernel(dimensions: int) -> Any:

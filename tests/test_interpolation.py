@@ -216,6 +216,27 @@ def test_same_seed_gives_the_same_process_bit_for_bit():
     np.testing.assert_array_equal(first, second)
 
 
+def test_a_kernel_from_a_part_of_the_points_serves_a_process_through_all(monkeypatch):
+    points, values = noisy_runs(60, 1)
+    exact = process(points, values, noise=NOISE)
+    monkeypatch.setattr("calibrator.interpolation.KERNEL_POINTS", 30)
+    model = process(points, values, noise=NOISE)
+    assert len(model.points) == 60
+    kernels = [m._processes[0].regressor.kernel_.theta for m in (model, exact)]
+    assert not np.array_equal(*kernels)
+    # the difference of the two stays small beside what all 60 points leave unknown
+    mean, error = exact.predict_with_error(inside(200))
+    assert np.sqrt(np.mean(((model.predict(inside(200)) - mean) / error) ** 2)) < 1
+    conditioned = model._processes[0].regressor.X_train_
+    assert conditioned.shape == (60, 2)
+
+
+def test_a_process_through_too_many_points_says_what_to_do(monkeypatch):
+    monkeypatch.setattr("calibrator.interpolation.MOST_POINTS", 20)
+    with pytest.raises(CalibratorError, match="at most 20.*multilinear"):
+        process(*noisy_runs(21, 1), noise=NOISE)
+
+
 def test_process_needs_two_more_points_than_parameters():
     points, values = noisy_runs(3, 2)
     with pytest.raises(CalibratorError, match="a was measured at 3 distinct points: give at least 4"):
