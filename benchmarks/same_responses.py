@@ -1,11 +1,15 @@
-"""Are the responses still what they were when a run cost twice as much? Ten parameter sets, three seeds, old and new scripts.
+"""Are the responses still what they were when a run cost twice as much? Parameter sets, three seeds each, old and new scripts.
 
-.venv/bin/python -m benchmarks.same_responses [coarse_sand] [quartz]     resumable; about 25 and 80 core-minutes
+.venv/bin/python -m benchmarks.same_responses [coarse_sand] [quartz]     resumable; about 35 core-minutes each
+
+The demo's own plan, 24 other sets of two seeds, is compared too: as shipped then and now.
 
 Writes benchmarks/results/same_responses.json and .png. "shift" is the mean change of a response over the sets with its
 standard error, "z" the change of each set over the error that the seeds leave it.
 """
 
+import os
+import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
@@ -15,20 +19,22 @@ import numpy as np
 from scipy.stats import chi2, qmc
 
 from benchmarks.common import RESULTS, rounded, write
-from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, run_hourglass, scripts_at
+from benchmarks.dem import HOURGLASSES, REPO, START, START_NUMERICS, WORK, run_hourglass, scripts_at
+from calibrator.database import Database
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 MODULUS = {"coarse_sand": (0.5e6, 4e6), "quartz": (5e6, 5e7)}
 RESPONSES = ("bulk_density", "drained_equivalent_angle_deg", "residual_fraction", "mass_flow_rate", "emptying_time")
-SETS, SEEDS = 10, (71_001, 71_002, 71_003)
+SETS, SEEDS = {"coarse_sand": 10, "quartz": 5}, (71_001, 71_002, 71_003)
+WORKERS = int(os.environ.get("WORKERS", 2))
 
 
 def sets(case: str) -> list[dict]:
-    """Ten parameter sets over frictions and Young's modulus."""
+    """Parameter sets over frictions and Young's modulus."""
     box = {"rolling_friction": (0.05, 0.45), "sliding_friction": (0.2, 0.7), "young_modulus": MODULUS[case]}
-    points = qmc.scale(qmc.Halton(3, seed=1).random(SETS), *zip(*box.values(), strict=True))
+    points = qmc.scale(qmc.Halton(3, seed=1).random(SETS[case]), *zip(*box.values(), strict=True))
     return [{**HOURGLASSES[case], **dict(zip(box, map(float, p), strict=True))} for p in points]
 
 
@@ -36,17 +42,17 @@ def responses(case: str) -> dict[str, np.ndarray]:
     """{"start", "now": values (sets, seeds, responses), NaN where a run clogged; "statuses": of all runs (2, runs)}."""
     scripts_at(START)
     jobs = [(c, {**p, **n, "seed": s}) for p in sets(case) for s in SEEDS for c, n in ((START, START_NUMERICS), ("", {}))]
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(WORKERS) as pool:
         records = list(pool.map(lambda job: run_hourglass(*job), jobs))
     values = np.array([[r["responses"].get(name, np.nan) for name in RESPONSES] for r in records])
-    values = values.reshape(SETS, len(SEEDS), 2, len(RESPONSES))
+    values = values.reshape(SETS[case], len(SEEDS), 2, len(RESPONSES))
     statuses = np.array([r["status"] for r in records]).reshape(-1, 2).T
     return {"start": values[:, :, 0], "now": values[:, :, 1], "statuses": statuses}
 
 
 def compared(found: dict[str, np.ndarray]) -> dict:
     """Per response: seed noise then and now, mean change with its error, and the chance of so large changes by seeds alone."""
-    out: dict = {"statuses": {when: Counter(s.tolist()) for when, s in zip(("start", "now"), found["statuses"], strict=True)}}
+    out: dict = {"statuses": {when: Counter(map(str, s)) for when, s in zip(("start", "now"), found["statuses"], strict=True)}}
     for i, name in enumerate(RESPONSES):
         old, new = found["start"][..., i], found["now"][..., i]
         counts = np.array([(~np.isnan(v)).sum(1) for v in (old, new)])
@@ -69,6 +75,27 @@ def compared(found: dict[str, np.ndarray]) -> dict:
     return out
 
 
+def shipped() -> dict[str, np.ndarray]:
+    """The demo's 24 sets of two seeds each, as shipped at the start and now: other sets and seeds than the ten."""
+    then = WORK / f"coarse_sand_{START}.csv"
+    text = subprocess.run(["git", "show", f"{START}:grid/coarse_sand.csv"], cwd=REPO, capture_output=True, check=True).stdout
+    then.write_bytes(text)
+    names = ("rolling_friction", "sliding_friction", "young_modulus")
+    by_set: dict = {}
+    for when, path in (("start", then), ("now", REPO / "grid" / "coarse_sand.csv")):
+        for record in Database.read(path).records.values():
+            key = tuple(record.request.parameters[n] for n in names)
+            by_set.setdefault(key, {"start": [], "now": []})[when].append(record)
+    most = max(len(r) for runs in by_set.values() for r in runs.values())
+    values = {when: np.full((len(by_set), most, len(RESPONSES)), np.nan) for when in ("start", "now")}
+    for i, key in enumerate(sorted(by_set)):
+        for when, records in by_set[key].items():
+            for j, record in enumerate(records):
+                values[when][i, j] = [record.responses.get(name, np.nan) for name in RESPONSES]
+    statuses = [[r.status for runs in by_set.values() for r in runs[when]] for when in ("start", "now")]
+    return {**values, "statuses": statuses}
+
+
 def figure(found: dict[str, dict[str, np.ndarray]]) -> None:
     """Every set's mean now against its mean then, with the seeds' standard deviation."""
     fig, axes = plt.subplots(len(found), 4, figsize=(13, 3.2 * len(found)), squeeze=False, layout="constrained")
@@ -87,7 +114,7 @@ def figure(found: dict[str, dict[str, np.ndarray]]) -> None:
 
 def main() -> None:
     """Run what is missing and compare."""
-    found = {case: responses(case) for case in sys.argv[1:] or HOURGLASSES}
+    found = {case: responses(case) for case in sys.argv[1:] or HOURGLASSES} | {"demo's plan": shipped()}
     write("same_responses", {case: compared(values) for case, values in found.items()})
     figure(found)
 

@@ -58,7 +58,6 @@ def main() -> None:
                 {
                     "share": share,
                     "young_modulus": modulus,
-                    "rayleigh_fraction": round(own[0]["diagnostics"].get("rayleigh_fraction", float("nan")), 3),
                     "runs": len(own),
                     "never_at_rest": sum(r["status"] == "not_settled" for r in own),
                 }
