@@ -47,7 +47,7 @@ def lift(p, ids, tube, diagnostics):
     lifted = released + p["lift_height"] / p["lift_speed"]
     for i in tube:
         O.bodies[i].state.vel = (0, 0, p["lift_speed"])
-    stop.run_until(lambda: O.time >= lifted, (lifted - released) / 500, 2 * p["lift_height"] / p["lift_speed"], "lifting")
+    stop.run_until(lambda: O.time >= lifted, O.dt, 2 * p["lift_height"] / p["lift_speed"], "lifting")
     for i in tube:
         O.bodies[i].state.vel = (0, 0, 0)
 
