@@ -78,6 +78,11 @@ def measure(case: str) -> dict:
     return summary(yade, liggghts)
 
 
+def same_responses(some: list[dict], others: list[dict]) -> bool:
+    """True if every round gave the same responses to the last bit."""
+    return [r["responses"] for r in some] == [r["responses"] for r in others]
+
+
 def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
     """Ratios of the means over the rounds; what a change saved is the ratio of its rung to the rung before."""
     total = {name: mean(r["core_seconds"] for r in rows) for name, rows in yade.items()}
