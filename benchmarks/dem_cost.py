@@ -17,8 +17,10 @@ import matplotlib
 import numpy as np
 
 from benchmarks.common import RESULTS, rounded, write
-from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, WORK, run_hourglass
+from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, WORK, core_seconds, run_hourglass
 from benchmarks.liggghts_hourglass import run_liggghts
+from calibrator.quantities import SCRIPTS
+from calibrator.table import Request, write_table
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -75,12 +77,33 @@ def measure(case: str) -> dict:
             print(case, round_, name, f"{yade[name][-1]['core_seconds']:.1f} core-s", flush=True)
         liggghts.append(run_liggghts(WORK / f"liggghts_{case}_{round_}", parameters))
         print(case, round_, "LIGGGHTS", f"{liggghts[-1]['core_seconds']:.1f} core-s", flush=True)
-    return summary(yade, liggghts)
+    return {**summary(yade, liggghts), "engine_shares": engine_shares(case)}
 
 
 def same_responses(some: list[dict], others: list[dict]) -> bool:
     """True if every round gave the same responses to the last bit."""
     return [r["responses"] for r in some] == [r["responses"] for r in others]
+
+
+TIMED = """
+import json, sys
+from yade import O
+O.timingEnabled = True
+sys.argv[0] = {script!r}
+exec(compile(open(sys.argv[0]).read(), sys.argv[0], "exec"))
+spent = {{type(e).__name__: e.execTime for e in O.engines}}
+json.dump({{name: t / sum(spent.values()) for name, t in spent.items()}}, open("engines.json", "w"))
+"""
+
+
+def engine_shares(case: str) -> dict[str, float]:
+    """Share of YADE's engines in the time of a run, by YADE's own timing."""
+    folder = WORK / f"engines_{case}"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "timed.py").write_text(TIMED.format(script=str(SCRIPTS / "hourglass.py")))
+    write_table(folder / "run.table", [Request.of("hourglass", **HOURGLASSES[case], seed=SEED)])
+    core_seconds(["yade", "-j1", "-n", "-x", "timed.py"], folder, YADE_BATCH="run.table:2")
+    return {name: rounded(share, 3) for name, share in json.loads((folder / "engines.json").read_text()).items()}
 
 
 def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
