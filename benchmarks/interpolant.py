@@ -149,7 +149,7 @@ def plot(results: dict[str, Any]) -> None:
     bars = left.barh([row["name"] for row in rows], [row["points_per_second"] for row in rows])
     left.bar_label(bars, [f" {row['peak_megabytes']:.0f} MB" for row in rows])
     left.set(xlabel="points per second", title=f"{rows[0]['points']} points, 3 responses")
-    left.margins(x=0.2)
+    left.margins(x=0.25)
     growing = results["growth"]["runs"]
     sets, count = [row["runs"] for row in growing], results["growth"]["predicted_points"]
     right.loglog(sets, [row["fit_seconds_kernel_from_all"] for row in growing], "o:", label="fit, kernel from all runs")

@@ -7,13 +7,13 @@ resting contact (yade_scripts/material.py); the scripts bound their step at 0.28
 three seeds; a run that is not at rest 2.5 s after its release counts as never resting (they take 1 to 1.5 s).
 """
 
-import math
 from concurrent.futures import ThreadPoolExecutor
 
 import matplotlib
 
 from benchmarks.common import RESULTS, write
 from benchmarks.dem import HOURGLASSES, run_hourglass
+from calibrator.cost import contact_time
 from calibrator.table import Request
 
 matplotlib.use("Agg")
@@ -24,23 +24,14 @@ MODULI, SEEDS = (0.6e6, 1.8e6), (71_001, 71_002, 71_003)
 ROUGH = {"rolling_friction": 0.41, "sliding_friction": 0.65, "longest_time": 2.5}
 
 
-def contact_time(parameters: dict) -> float:
-    """sqrt(I/krot) [s] as in yade_scripts/material.py, which only YADE's interpreter can import."""
-    p = Request.of("hourglass", **parameters).parameters
-    r, nu, young = float(p["particle_radius"]), float(p["poisson_ratio"]), float(p["young_modulus"])
-    mass = 4 / 3 * math.pi * r**3 * float(p["particle_density"])
-    overlap = (5 * mass * 9.81 / (4 / 3 * young / (2 * (1 - nu**2)) * math.sqrt(r / 2))) ** (2 / 3)
-    shear = 8 * young / (2 * (1 + nu)) / (2 * (2 - nu)) * math.sqrt(r / 2 * overlap)
-    return math.sqrt(0.4 * mass * r**2 / (4 * shear * (r / 2) ** 2))
-
-
 def requests() -> list[tuple[float, float, dict]]:
     """(share, Young's modulus, parameters) of every run."""
     rows = []
     for share in SHARES:
         for modulus in MODULI:
             common = {**HOURGLASSES["coarse_sand"], **ROUGH, "young_modulus": modulus}
-            step = share * contact_time(common)
+            numbers = Request.of("hourglass", **common).parameters
+            step = share * contact_time({n: float(v) for n, v in numbers.items() if not isinstance(v, str)})
             rows += [(share, modulus, {**common, "time_step": step, "seed": seed}) for seed in SEEDS]
     return rows
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,8 +11,11 @@ from calibrator.objectives import rayleigh_time
 from calibrator.records import Record
 from calibrator.table import Request
 
-PARTICLE_STEPS_PER_SECOND = 1.5e6
+PARTICLE_STEPS_PER_SECOND = 1.9e6
 """Particle-steps a second and core: grains at the start times steps, measured by benchmarks/rate.py on 1,400 grains."""
+
+LARGEST_STEP_SHARE = 0.28
+"""The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
 
 GRAVITY = 9.81
 NOMINAL_FRACTION = 0.57
@@ -37,7 +40,8 @@ def steps(request: Request) -> int:
     """
     p = _numbers(request)
     diameter = 2 * p["particle_radius"]
-    dt = p["time_step"] or p["rayleigh_fraction"] * float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
+    rayleigh = float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
+    dt = p["time_step"] or min(p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p))
     settling = 40 * math.sqrt(diameter / GRAVITY)
     filling = settling / 3 + math.sqrt(2 * (p["pouring_height"] + _cloud_height(request, p)) / GRAVITY)
     if request.setup == "hourglass":
@@ -48,6 +52,15 @@ def steps(request: Request) -> int:
     else:
         release = p["lift_height"] / p["lift_speed"]
     return round((filling + release + settling) / dt)
+
+
+def contact_time(p: Mapping[str, float]) -> float:
+    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact under five grain weights: yade_scripts/material.py."""
+    radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
+    mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
+    overlap = (5 * mass * GRAVITY / (4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2))) ** (2 / 3)
+    shear = 8 * young / (2 * (1 + poisson)) / (2 * (2 - poisson)) * math.sqrt(radius / 2 * overlap)
+    return math.sqrt(0.4 * mass * radius**2 / (4 * shear * (radius / 2) ** 2))
 
 
 def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from conftest import processes_in
 
+from calibrator.cost import LARGEST_STEP_SHARE, contact_time
 from calibrator.database import Database
 from calibrator.quantities import RESPONSES, SCRIPTS
 from calibrator.runner import RunFolder, run
@@ -51,7 +52,9 @@ def test_the_driver_gets_a_settled_run_with_every_response(driven, setup):
     assert expected - MAY_BE_MISSING <= set(record.responses) <= expected
     assert record.diagnostics["kinetic_energy"] < 1e-15
     assert 1400 < record.responses["bulk_density"] < 1750
-    assert 0.25 < record.diagnostics["rayleigh_fraction"] < 0.4  # bounded by the rolling springs of soft grains
+    numbers = {n: v for n, v in record.request.parameters.items() if not isinstance(v, str)}
+    assert record.diagnostics["time_step"] == pytest.approx(LARGEST_STEP_SHARE * contact_time(numbers))  # soft grains
+    assert record.diagnostics["rayleigh_fraction"] < 0.4
 
 
 def test_the_curves_of_a_discharge_agree_with_its_responses(driven):
