@@ -151,7 +151,7 @@ def plot(results: dict[str, Any]) -> None:
     figure, axes = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
     for axis, key, label in zip(axes, ("seconds", "peak_megabytes"), ("time [s]", "peak memory [MB]"), strict=True):
         for step, row in results["steps"].items():
-            axis.loglog(row["records"], row[key], "o-", label=step)
+            axis.loglog(row["records"], row[key], "s--" if step.startswith("verb") else "o-", label=step)
         sizes = np.array(row["records"])
         axis.loglog(sizes, 1e-6 * sizes if key == "seconds" else 1e-4 * sizes, "k:", label="linear")
         axis.set(xlabel="records (synthetic)", ylabel=label)
