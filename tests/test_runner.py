@@ -94,6 +94,7 @@ def test_a_missing_yade_is_said_with_the_remedy(tmp_path, monkeypatch):
 
 def start_driver(folder, count):
     code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # a shell's background job ignores it
         "from calibrator.runner import RunFolder, run; from calibrator.table import Request; from pathlib import Path;"
         f"run(RunFolder(Path({str(folder.path)!r})), [Request.of('hourglass', seed=s) for s in range({count})], jobs=1)"
     )
