@@ -1,5 +1,6 @@
 """The case files that come with the project."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,15 @@ def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fa
     warnings = workflow.check_case(workflow.Workspace(case, tmp_path))["warnings"]
     assert any("Rayleigh time" in w for w in warnings)
     assert sum(p.bits for p in case.problem.parameters) == 40
+
+
+@pytest.mark.parametrize(("numerics", "warned"), [({}, True), ({"rayleigh_fraction": 0.2}, False)])
+def test_inelastic_grains_at_the_default_step_are_warned_of(tmp_path, fake_yade, numerics, warned):
+    case = read_case(CASES / "coarse_sand.toml")
+    problem = dataclasses.replace(case.problem, fixed={**case.problem.fixed, "restitution": 0.5, **numerics})
+    case = dataclasses.replace(case, problem=problem)
+    warnings = workflow.check_case(workflow.Workspace(case, tmp_path))["warnings"]
+    assert any("restitution below 0.6" in w and "rayleigh_fraction = 0.2" in w for w in warnings) is warned
 
 
 def test_the_case_of_the_demo_does_not_contain_the_truth_behind_its_lab():
