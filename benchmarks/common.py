@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import platform
 import time
@@ -59,6 +60,13 @@ def fitted(problem: Problem, sets: int, restarts: int = 3) -> GaussianProcess:
     """Gaussian processes through the made-up runs, seed noise known."""
     bounds = np.array([problem.low, problem.high])
     return GaussianProcess.fit(*runs(problem, sets), RESPONSES, bounds, NOISE, restarts=restarts)
+
+
+def asked_for_quick(description: str | None, quick: str) -> bool:
+    """Whether the command line has --quick, whose help is `quick`; the first line of the description is the program's."""
+    parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help=quick)
+    return bool(parser.parse_args().quick)
 
 
 def seconds_of(function: Callable[[], Any]) -> tuple[float, Any]:

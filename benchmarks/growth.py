@@ -11,7 +11,6 @@ as give the number. Memory is tracemalloc's peak in a pass of its own.
 
 from __future__ import annotations
 
-import argparse
 import json
 import tempfile
 from collections.abc import Callable
@@ -21,7 +20,18 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.common import RESPONSES, RESULTS, paper_problem, peak_memory, power, rounded, runs, seconds_of, write
+from benchmarks.common import (
+    RESPONSES,
+    RESULTS,
+    asked_for_quick,
+    paper_problem,
+    peak_memory,
+    power,
+    rounded,
+    runs,
+    seconds_of,
+    write,
+)
 from calibrator import runner, workflow
 from calibrator.case import read_case
 from calibrator.database import Database, response_table
@@ -161,9 +171,7 @@ def plot(results: dict[str, Any]) -> None:
 
 def main() -> None:
     """Measure, write, draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="few records, nothing written")
-    sizes = [30, 100, 300] if parser.parse_args().quick else SIZES
+    sizes = [30, 100, 300] if asked_for_quick(__doc__, "few records, nothing written") else SIZES
     found = [measure_size(count) for count in sizes]
     results = {"about": f"synthetic records; one run in {LOST} failed for good", "steps": summarise(sizes, found)}
     print(json.dumps({step: row["seconds_ratio_to_linear"] for step, row in results["steps"].items()}, indent=1))

@@ -10,7 +10,6 @@ in predicted points per second, each with 3 responses; memory is tracemalloc's p
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -25,6 +24,7 @@ from benchmarks.common import (
     NOISE,
     RESPONSES,
     RESULTS,
+    asked_for_quick,
     fitted,
     paper_problem,
     peak_memory,
@@ -163,9 +163,7 @@ def plot(results: dict[str, Any]) -> None:
 
 def main() -> None:
     """Measure, write, draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="few points, nothing written")
-    quick = parser.parse_args().quick
+    quick = asked_for_quick(__doc__, "few points, nothing written")
     results = measure(quick)
     print(results["growth"]["statement"])
     if not quick:

@@ -12,7 +12,6 @@ vectorised, as pymoo's own would be slower still. That is measured too, over few
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -32,7 +31,7 @@ from pymoo.operators.mutation.bitflip import BitflipMutation
 from pymoo.operators.sampling.rnd import BinaryRandomSampling
 from pymoo.operators.selection.tournament import TournamentSelection
 
-from benchmarks.common import ABOUT, RESPONSES, RESULTS, fitted, paper_problem, power, rounded, seconds_of, write
+from benchmarks.common import ABOUT, RESPONSES, RESULTS, asked_for_quick, fitted, paper_problem, power, rounded, seconds_of, write
 from calibrator import nsga2
 from calibrator.nsga2 import Evaluate, SearchResult, Settings, decode
 from calibrator.objectives import OBJECTIVES, evaluation, objective
@@ -272,9 +271,7 @@ def plot(results: dict[str, Any]) -> None:
 
 def main() -> None:
     """Measure, write, draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="small populations, nothing written")
-    quick = parser.parse_args().quick
+    quick = asked_for_quick(__doc__, "small populations, nothing written")
     results = measure(quick)
     print({key: results[key] for key in ("speedup", "hypervolume_ratio", "equal_fronts", "share_of_time")})
     if not quick:

@@ -30,8 +30,8 @@ Columns = Mapping[str, np.ndarray | float]
 Responses = Mapping[str, np.ndarray]
 Function = Callable[[Problem, Columns, Responses], np.ndarray]
 
-# Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts is unbiased and the bulk responses do
-# not move (benchmarks/same_responses.py).
+# Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is unbiased and the
+# bulk responses do not move (benchmarks/same_responses.py).
 LARGEST_SHARE = 0.4
 _COST_SIGNS = {"particle_radius": -1, "particle_density": -1, "young_modulus": 1}  # of Eq. (5)
 

@@ -96,12 +96,13 @@ def check_case(space: Workspace) -> dict[str, Any]:
             warnings += _geometry_warnings(probe)
     columns = case.problem.columns(design_points(case))
     fraction, fixed_step = float(np.max(columns["rayleigh_fraction"])), float(np.max(columns["time_step"]))
-    step = fixed_step or fraction * float(np.min(rayleigh_time(columns)))
+    shortest = float(np.min(rayleigh_time(columns)))
+    step = fixed_step or fraction * shortest
     warnings += [w for w in [time_step_warning(step * (1 - 1e-9), columns)] if w]
-    if not fixed_step and fraction > 0.2 and np.min(columns["restitution"]) < 0.6:
+    if step > 0.2 * shortest * (1 + 1e-9) and np.min(columns["restitution"]) < 0.6:
         warnings.append(
-            f"impacts with a restitution below 0.6 lose 5 to 25 % too much speed at a time step of {fraction:.0%} of the "
-            "Rayleigh time: set rayleigh_fraction = 0.2, or less, under [fixed]"
+            f"impacts with a restitution below 0.6 lose too much speed at a time step of {step / shortest:.0%} of the Rayleigh "
+            "time: set rayleigh_fraction = 0.2 (or a smaller time_step) under [fixed]"
         )
     yade_batch_command()
     return space.note("check", {"runs": len(requests), "targets": [t.key for t in case.problem.targets], "warnings": warnings})
