@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from calibrator.design import sobol
-from calibrator.interpolation import GaussianProcess
+from calibrator.gaussian_process import GaussianProcess
 from calibrator.problem import Parameter, Problem, Target
 
 RESULTS = Path(__file__).parent / "results"

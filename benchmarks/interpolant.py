@@ -35,9 +35,10 @@ from benchmarks.common import (
     surface,
     write,
 )
-from calibrator import interpolation
+from calibrator import gaussian_process
 from calibrator.design import full_grid
-from calibrator.interpolation import GaussianProcess, Multilinear
+from calibrator.gaussian_process import GaussianProcess
+from calibrator.multilinear import Multilinear
 from calibrator.problem import Problem
 
 FITS = 3 * (1 + 3)  # likelihood searches of a calibration with 3 responses: one start and 3 restarts for each
@@ -100,11 +101,11 @@ def growth(problem: Problem, sets: int, count: int) -> dict[str, Any]:
 
 def with_kernel_points(count: int, fit: Callable[[], GaussianProcess]) -> GaussianProcess:
     """A fit whose search for the kernel sees so many points."""
-    before, interpolation.KERNEL_POINTS = interpolation.KERNEL_POINTS, count
+    before, gaussian_process.KERNEL_POINTS = gaussian_process.KERNEL_POINTS, count
     try:
         return fit()
     finally:
-        interpolation.KERNEL_POINTS = before
+        gaussian_process.KERNEL_POINTS = before
 
 
 def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -117,8 +118,8 @@ def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "runs_that_fit_in_10_minutes": int(rounded(limit, 2)),
         "statement": f"A calibration of 3 responses with 3 restarts does {FITS} searches for a kernel. With all runs in each "
         f"they take over 10 minutes on one thread beyond about {limit:.2g} runs. The process therefore learns its kernel from "
-        f"{interpolation.KERNEL_POINTS} of the runs and is conditioned on all, up to {interpolation.MOST_POINTS}; beyond that "
-        "it refuses and names the multilinear interpolant.",
+        f"{gaussian_process.KERNEL_POINTS} of the runs and is conditioned on all, up to {gaussian_process.MOST_POINTS}; beyond "
+        "that it refuses and names the multilinear interpolant.",
     }
 
 
@@ -153,7 +154,7 @@ def plot(results: dict[str, Any]) -> None:
     growing = results["growth"]["runs"]
     sets, count = [row["runs"] for row in growing], results["growth"]["predicted_points"]
     right.loglog(sets, [row["fit_seconds_kernel_from_all"] for row in growing], "o:", label="fit, kernel from all runs")
-    right.loglog(sets, [row["fit_seconds"] for row in growing], "o-", label=f"fit, kernel from {interpolation.KERNEL_POINTS}")
+    right.loglog(sets, [row["fit_seconds"] for row in growing], "o-", label=f"fit, kernel from {gaussian_process.KERNEL_POINTS}")
     for key, label in (("predict", "mean"), ("predict_with_error", "mean and error")):
         right.loglog(sets, [count / row[f"{key}_points_per_second"] for row in growing], "s--", label=f"{count} points: {label}")
     right.set(xlabel="runs", ylabel="time [s]", title="Gaussian process, 1 response")

@@ -16,8 +16,10 @@ from calibrator.case import Case
 from calibrator.cost import core_seconds, particles, steps
 from calibrator.database import Database, response_table
 from calibrator.errors import CalibratorError
+from calibrator.gaussian_process import GaussianProcess
 from calibrator.identifiability import identify
-from calibrator.interpolation import GaussianProcess, Interpolant, Multilinear
+from calibrator.interpolation import Interpolant
+from calibrator.multilinear import Multilinear
 from calibrator.nsga2 import SearchResult, Settings, generational_distance, search
 from calibrator.objectives import evaluation, rayleigh_time, time_step_warning
 from calibrator.plan import design_points, make_request, plan_requests, replicate_requests, substitutes

@@ -8,15 +8,9 @@ from scipy.stats import qmc
 from sklearn.gaussian_process import GaussianProcessRegressor
 
 from calibrator.errors import CalibratorError
-from calibrator.interpolation import (
-    FEWEST_DEGREES,
-    JITTER,
-    GaussianProcess,
-    Multilinear,
-    average_replicates,
-    box_sample,
-    seed_noise,
-)
+from calibrator.gaussian_process import FEWEST_DEGREES, JITTER, GaussianProcess
+from calibrator.interpolation import average_replicates, box_sample, seed_noise
+from calibrator.multilinear import Multilinear
 
 LOW, HIGH = np.array([0.1, 5e6]), np.array([0.5, 5e8])
 BOUNDS = np.array([LOW, HIGH])
@@ -219,7 +213,7 @@ def test_same_seed_gives_the_same_process_bit_for_bit():
 def test_a_kernel_from_a_part_of_the_points_serves_a_process_through_all(monkeypatch):
     points, values = noisy_runs(60, 1)
     exact = process(points, values, noise=NOISE)
-    monkeypatch.setattr("calibrator.interpolation.KERNEL_POINTS", 30)
+    monkeypatch.setattr("calibrator.gaussian_process.KERNEL_POINTS", 30)
     model = process(points, values, noise=NOISE)
     assert len(model.points) == 60
     kernels = [m._processes[0].regressor.kernel_.theta for m in (model, exact)]
@@ -232,7 +226,7 @@ def test_a_kernel_from_a_part_of_the_points_serves_a_process_through_all(monkeyp
 
 
 def test_a_process_through_too_many_points_says_what_to_do(monkeypatch):
-    monkeypatch.setattr("calibrator.interpolation.MOST_POINTS", 20)
+    monkeypatch.setattr("calibrator.gaussian_process.MOST_POINTS", 20)
     with pytest.raises(CalibratorError, match="at most 20.*multilinear"):
         process(*noisy_runs(21, 1), noise=NOISE)
 

@@ -11,7 +11,7 @@ LAYERS = [
     ["lab", "design", "table"],
     ["case", "records"],
     ["plan", "database", "interpolation", "verification"],
-    ["objectives"],
+    ["objectives", "multilinear", "gaussian_process"],
     ["cost", "nsga2", "selection", "identifiability"],
     ["runner"],
     ["workflow"],
@@ -25,7 +25,7 @@ FENCED = {
     "moocore": {"nsga2"},
     "matplotlib": {"plot"},
     "subprocess": {"runner"},
-    "sklearn": {"interpolation"},
+    "sklearn": {"gaussian_process"},
     "pandas": {"database"},
 }
 
