@@ -17,16 +17,20 @@ from calibrator.quantities import PARAMETERS, SETUPS, parameters_of
 
 @dataclass(frozen=True)
 class Plan:
-    """The design of the database: full grid or Sobol sequence, replicates per set, first seed."""
+    """The design of the database: full grid or Sobol sequence, replicates per set, first seed.
+
+    replicated_sets bounds how many sets, the first of the design, get their replicates; the others are run once. 0: all.
+    """
 
     design: str = "sobol"
     sets: int = 24
     replicates: int = 2
+    replicated_sets: int = 0
     seed: int = 1000
 
     def __post_init__(self) -> None:
         known(self.design, ("grid", "sobol"), "plan.design")
-        _at_least("plan", self, sets=1, replicates=1, seed=0)
+        _at_least("plan", self, sets=1, replicates=1, replicated_sets=0, seed=0)
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from calibrator.problem import Problem
 
 
 def full_grid(problem: Problem) -> np.ndarray:
-    """Every combination of `samples` equally spaced values per parameter, the paper's design. Returns (n, d)."""
-    axes = [np.linspace(p.low, p.high, p.samples) for p in problem.parameters]
+    """Every combination of `samples` values per parameter, equally spaced on its scale, the paper's design. Returns (n, d)."""
+    axes = [p.values_at(np.linspace(0, 1, p.samples)) for p in problem.parameters]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
@@ -21,7 +21,7 @@ def sobol(problem: Problem, sets: int) -> np.ndarray:
     """
     with np.errstate(all="ignore"):
         unit = qmc.Sobol(len(problem.parameters), scramble=False).random(_power_of_two(sets + 1))[1 : sets + 1]
-    return problem.low + unit * (problem.high - problem.low)
+    return np.column_stack([p.values_at(share) for p, share in zip(problem.parameters, unit.T, strict=True)])
 
 
 def _power_of_two(count: int) -> int:

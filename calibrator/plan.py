@@ -26,12 +26,12 @@ def design_points(case: Case) -> np.ndarray:
 
 def plan_requests(case: Case) -> list[Request]:
     """Every run of the database: each set-up that has a target, each set, each replicate with a seed of its own."""
-    points = design_points(case)
+    points, replicated = design_points(case), case.plan.replicated_sets
     return [
         make_request(case, setup, point, case.plan.seed + SEED_STRIDE * i + j)
         for setup in case.problem.calibration_setups
         for i, point in enumerate(points)
-        for j in range(case.plan.replicates)
+        for j in range(case.plan.replicates if not replicated or i < replicated else 1)
     ]
 
 

@@ -45,13 +45,18 @@ def checked_value(name: str, value: Any) -> Value:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A calibrated parameter: bounds, samples per axis of a full grid, bits of the genetic encoding."""
+    """A calibrated parameter: bounds, samples per axis of a full grid, bits of the genetic encoding.
+
+    scale says how a design spaces its values and in which coordinate responses are interpolated: "linear", or "log" where
+    the bounds span a decade, as those of Young's modulus often do. The genetic encoding is always linear, like O2.
+    """
 
     name: str
     low: float
     high: float
     samples: int = 5
     bits: int = 8
+    scale: str = "linear"
 
     def __post_init__(self) -> None:
         for bound in (self.low, self.high):
@@ -64,6 +69,15 @@ class Parameter:
             raise CalibratorError(f"{self.name}: samples = {self.samples}; give 2 to 1000")
         if not 1 <= self.bits <= 32:
             raise CalibratorError(f"{self.name}: bits = {self.bits}; give 1 to 32")
+        known(self.scale, ("linear", "log"), f"scale of {self.name}")
+        if self.scale == "log" and self.low <= 0:
+            raise CalibratorError(f"{self.name}: a log scale needs low above zero, it is {self.low:g}")
+
+    def values_at(self, shares: np.ndarray) -> np.ndarray:
+        """Values at shares 0 to 1 of the way from low to high on the parameter's scale, the shape of shares."""
+        if self.scale == "log":
+            return np.clip(self.low * (self.high / self.low) ** shares, self.low, self.high)
+        return self.low + shares * (self.high - self.low)
 
 
 @dataclass(frozen=True)
