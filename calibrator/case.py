@@ -20,24 +20,32 @@ class Plan:
     """The design of the database: full grid or Sobol sequence, replicates per set, first seed.
 
     replicated_sets bounds how many sets, the first of the design, get their replicates; the others are run once. 0: all.
+    design = "adaptive" starts with `sets` of the Sobol sequence, two of them replicated (unless replicated_sets says
+    otherwise), and then chooses each run by what the earlier ones say, until `replicates` runs at one set meet every target
+    or `most_runs` are made (see `adaptive`).
     """
 
     design: str = "sobol"
     sets: int = 24
     replicates: int = 2
     replicated_sets: int = 0
+    most_runs: int = 100
     seed: int = 1000
 
     def __post_init__(self) -> None:
-        known(self.design, ("grid", "sobol"), "plan.design")
-        _at_least("plan", self, sets=1, replicates=1, replicated_sets=0, seed=0)
+        known(self.design, ("grid", "sobol", "adaptive"), "plan.design")
+        _at_least("plan", self, sets=1, replicates=1, replicated_sets=0, most_runs=1, seed=0)
 
 
 @dataclass(frozen=True)
 class Interpolation:
-    """How raw responses are interpolated: multilinear on a grid, or a Gaussian process."""
+    """How raw responses are interpolated: multilinear on a grid, or a Gaussian process.
+
+    similarity takes the particle density out of the parameter space: only E / rho_p matters (see `coordinates`).
+    """
 
     method: str = "process"
+    similarity: bool = False
 
     def __post_init__(self) -> None:
         known(self.method, ("process", "multilinear"), "interpolation.method")
@@ -176,6 +184,8 @@ def _typed(where: str, annotation: str, value: Any) -> Any:
     if annotation == "float" and isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     if annotation == "int" and isinstance(value, int) and not isinstance(value, bool):
+        return value
+    if annotation == "bool" and isinstance(value, bool):
         return value
     if annotation == "str" and isinstance(value, str):
         return value

@@ -15,18 +15,23 @@ from calibrator.table import Request
 SEED_STRIDE = 100
 """Seeds of neighbouring sets lie this far apart, so that a plan can gain replicates without changing the others."""
 
+PROPOSED_SEED = 10_000_000
+"""Added to the plan's first seed for the runs that an adaptive design chooses."""
+
 SUBSTITUTE_SEED = 50_000_000
 """Added to the seed of a clogged run to make its substitute's."""
 
 
 def design_points(case: Case) -> np.ndarray:
-    """Parameter sets of the database, shape (n, d)."""
+    """Parameter sets of the database, shape (n, d); those it starts with where the design is adaptive."""
     return full_grid(case.problem) if case.plan.design == "grid" else sobol(case.problem, case.plan.sets)
 
 
 def plan_requests(case: Case) -> list[Request]:
     """Every run of the database: each set-up that has a target, each set, each replicate with a seed of its own."""
     points, replicated = design_points(case), case.plan.replicated_sets
+    if case.plan.design == "adaptive":
+        replicated = replicated or 2  # enough to pool the seed noise from; the rest is replicated where that decides
     return [
         make_request(case, setup, point, case.plan.seed + SEED_STRIDE * i + j)
         for setup in case.problem.calibration_setups
@@ -47,6 +52,16 @@ def make_request(case: Case, setup: str, point: np.ndarray, seed: int) -> Reques
     values = {**case.problem.fixed, **calibrated}
     common = {n: v for n, v in values.items() if n in own}
     return Request.of(setup, **{**common, **case.problem.setups.get(setup, {}), "seed": seed})
+
+
+def belongs(case: Case, request: Request) -> bool:
+    """Whether a run is one of this case's: its set-up, its fixed values, and a parameter set inside its box."""
+    if request.setup not in case.problem.calibration_setups:
+        return False
+    point = np.array([request.parameters[n] for n in case.problem.names])
+    if not ((case.problem.low <= point) & (point <= case.problem.high)).all():
+        return False
+    return make_request(case, request.setup, point, int(request.parameters["seed"])) == request
 
 
 def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:

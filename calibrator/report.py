@@ -99,7 +99,7 @@ class Findings:
         space.outcome("calibrate")
         case = space.case
         records = database_records(space)
-        interpolant = fit(case.problem, records, case.interpolation.method)
+        interpolant = fit(case, records)
         return cls(
             space,
             space.summary(),

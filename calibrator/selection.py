@@ -171,7 +171,7 @@ def unreachable(problem: Problem, interpolant: Interpolant, samples: int = 2**13
     mean, misfit = predict(sample)
     singly = tuple(_target_reach(problem, predict, i, sample, mean[:, i], rng) for i in range(len(problem.targets)))
     start = sample[np.argmin(misfit.max(axis=1))]
-    point = _refined(lambda p: predict(p)[1].max(axis=1), start, problem, rng)
+    point = refined(lambda p: predict(p)[1].max(axis=1), start, problem, rng)
     misfit = predict(point[None])[1][0]
     worst = int(np.argmax(misfit))
     joint = JointReach(float(misfit[worst]), problem.targets[worst].key, tuple(float(x) for x in point))
@@ -196,7 +196,7 @@ def _target_reach(
     """Closest approach to one target; mean (n,) are its predictions at sample (n, d)."""
     target = problem.targets[index]
     start = sample[np.argmin(np.abs(mean - target.value))]
-    near = _refined(lambda p: np.abs(predict(p)[0][:, index] - target.value), start, problem, rng)
+    near = refined(lambda p: np.abs(predict(p)[0][:, index] - target.value), start, problem, rng)
     best, gap = (float(every[0, index]) for every in predict(near[None]))
     low, high = min(float(mean.min()), best), max(float(mean.max()), best)
     if low <= target.value <= high:  # a continuous response takes every value between two that it takes
@@ -210,7 +210,7 @@ def _corners(problem: Problem) -> np.ndarray:
     return np.array(list(itertools.product(*zip(problem.low, problem.high, strict=True))))
 
 
-def _refined(
+def refined(
     loss: Callable[[np.ndarray], np.ndarray], start: np.ndarray, problem: Problem, rng: np.random.Generator, rounds: int = 10
 ) -> np.ndarray:
     """Point (d,) of smallest loss found in boxes around the best so far, each half the size of the one before."""

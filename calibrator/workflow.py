@@ -12,17 +12,18 @@ from typing import Any
 
 import numpy as np
 
+from calibrator.adaptive import Proposal, propose
+from calibrator.adaptive import Settings as AdaptiveSettings
 from calibrator.case import Case
+from calibrator.coordinates import fit_responses
 from calibrator.cost import core_seconds, particles, steps
 from calibrator.database import Database, response_table
 from calibrator.errors import CalibratorError
-from calibrator.gaussian_process import GaussianProcess
 from calibrator.identifiability import identify
 from calibrator.interpolation import Interpolant
-from calibrator.multilinear import Multilinear
 from calibrator.nsga2 import SearchResult, Settings, generational_distance, search
 from calibrator.objectives import evaluation, rayleigh_time, time_step_warning
-from calibrator.plan import design_points, make_request, plan_requests, replicate_requests, substitutes
+from calibrator.plan import PROPOSED_SEED, belongs, design_points, make_request, plan_requests, replicate_requests, substitutes
 from calibrator.problem import Problem
 from calibrator.quantities import SCHEMA, SETUPS
 from calibrator.records import Record
@@ -157,12 +158,87 @@ def _without(requests: Sequence[Request], records: Sequence[Record]) -> list[Req
 
 def run_plan(space: Workspace, report: Report = silent) -> dict[str, Any]:
     """Carry out the plan, with one substitute for each clogged run. Resumes; never repeats a finished run."""
+    if space.case.plan.design == "adaptive":
+        return _run_adaptively(space, report)
     requests = plan_requests(space.case)
-    shipped = len(space.shipped().find(requests))
     _within_budget(space, requests)
     records = _carry_out(space, requests, report)
     records = records + _carry_out(space, substitutes(records), report)
-    return space.note("run", {"runs": len(records), "from_shipped_database": shipped, **_counts(records)})
+    return space.note("run", {"runs": len(records), "from_shipped_database": _shipped_runs(space), **_counts(records)})
+
+
+def _run_adaptively(space: Workspace, report: Report) -> dict[str, Any]:
+    """Start with the plan's first sets, unless the database has as many, then run what `adaptive.propose` asks for."""
+    case, settings = space.case, _adaptive_settings(space.case)
+    first = plan_requests(case)
+    if len(_parameter_sets(case, database_records(space))[0]) < len(first):
+        _carry_out(space, first, report)
+    _carry_out(space, _proposed(space), report)  # what an interruption left undone
+    while True:
+        records = database_records(space)
+        proposal = propose(
+            case.problem, *_parameter_sets(case, records), settings, case.interpolation.similarity, _failed_sets(case, records)
+        )
+        if proposal.stops:
+            break
+        seed = case.plan.seed + PROPOSED_SEED + len(records)
+        setups = case.problem.calibration_setups
+        requests = [make_request(case, s, point, seed + i) for i, point in enumerate(proposal.points) for s in setups]
+        _note_proposal(space, proposal, requests)
+        _carry_out(space, requests, report)
+    recommended = dict(zip(case.problem.names, map(float, proposal.recommended), strict=True))
+    outcome = {"ended": proposal.kind, "sentence": proposal.sentence, "recommended": recommended}
+    return space.note("run", {"runs": len(records), "from_shipped_database": _shipped_runs(space), **outcome, **_counts(records)})
+
+
+def _shipped_runs(space: Workspace) -> int:
+    """How many of the plan's runs the shipped database has."""
+    shipped = space.shipped()
+    if space.case.plan.design == "adaptive":
+        return sum(belongs(space.case, r.request) for r in shipped.records.values())
+    return len(shipped.find(plan_requests(space.case)))
+
+
+def _adaptive_settings(case: Case) -> AdaptiveSettings:
+    return AdaptiveSettings(replicates=case.plan.replicates, budget=case.plan.most_runs)
+
+
+def _parameter_sets(case: Case, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, d) and responses of the targets (n, t), a row per set and seed with all its set-ups, in order of the seeds."""
+    rows: dict[tuple[int, tuple[float, ...]], np.ndarray] = {}
+    for record in records:
+        point, values = response_table(case.problem, [record], [t.key for t in case.problem.targets])
+        if len(point):
+            row = rows.setdefault((int(record.request.parameters["seed"]), tuple(point[0])), np.full(values.shape[1], np.nan))
+            row[~np.isnan(values[0])] = values[0][~np.isnan(values[0])]
+    ordered = sorted(rows)
+    return np.array([point for _, point in ordered]).reshape(-1, len(case.problem.names)), np.array([rows[k] for k in ordered])
+
+
+def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
+    """Sets (f, d) with a run that has nothing to say; clogged ones count, as a neck that clogs once will do so again."""
+    sets = [[r.request.parameters[n] for n in case.problem.names] for r in records if r.status != "ok"]
+    return np.array(sets, float).reshape(-1, len(case.problem.names))
+
+
+def _proposed(space: Workspace) -> list[Request]:
+    """Every request that the adaptive design has made so far, from its log."""
+    try:
+        lines = (space.path / "proposals.jsonl").read_text().splitlines()
+        return [Request.of(r["setup"], **r["parameters"]) for line in lines for r in json.loads(line)["requests"]]
+    except FileNotFoundError:
+        return []
+    except (ValueError, KeyError) as error:
+        raise CalibratorError(f"{space.path}/proposals.jsonl is damaged ({error}): delete its last line") from None
+
+
+def _note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Request]) -> None:
+    """Log a proposal before its runs start: a resumed design goes on from it, and the log says why each run was made."""
+    made = [{"setup": r.setup, "parameters": r.parameters} for r in requests]
+    line = {"kind": proposal.kind, "chance": proposal.chance, "sentence": proposal.sentence, "requests": made}
+    space.path.mkdir(parents=True, exist_ok=True)
+    with open(space.path / "proposals.jsonl", "a") as stream:
+        stream.write(json.dumps(line) + "\n")
 
 
 def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
@@ -193,7 +269,12 @@ def _counts(records: Sequence[Record]) -> dict[str, Any]:
 
 
 def database_records(space: Workspace) -> list[Record]:
+    """The finished runs of the plan and their substitutes; with an adaptive design all that belong to the case."""
     records = space.finished(plan_requests(space.case))
+    if space.case.plan.design == "adaptive":
+        shipped = [r for r in space.shipped().records.values() if belongs(space.case, r.request)]
+        both = [*records, *space.finished(_proposed(space)), *shipped]
+        return list({r.run_id: r for r in reversed(both)}.values())
     return records + space.finished(substitutes(records))
 
 
@@ -218,15 +299,13 @@ def _write_timings(path: Path, records: Sequence[Record]) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
-def fit(problem: Problem, records: Sequence[Record], method: str) -> Interpolant:
+def fit(case: Case, records: Sequence[Record]) -> Interpolant:
     """Interpolate the raw responses that the targets need."""
-    keys = [t.key for t in problem.targets]
-    points, values = response_table(problem, records, keys)
+    keys = [t.key for t in case.problem.targets]
+    points, values = response_table(case.problem, records, keys)
     if len(points) == 0:
         raise CalibratorError("the database has no good run: look at the failures that `calibrator collect` lists")
-    if method == "multilinear":
-        return Multilinear.fit(points, values, keys, parameters=problem.names)
-    return GaussianProcess.fit(points, values, keys, np.array([problem.low, problem.high]), parameters=problem.names)
+    return fit_responses(case.problem, points, values, keys, case.interpolation.method, case.interpolation.similarity)
 
 
 def search_fronts(case: Case, interpolant: Interpolant) -> list[SearchResult]:
@@ -248,7 +327,7 @@ def calibrate(space: Workspace) -> dict[str, Any]:
     """Interpolate, search the Pareto front, choose the spread individuals and the compromise, say what the data pins down."""
     case, problem = space.case, space.case.problem
     records = database_records(space)
-    interpolant = fit(problem, records, case.interpolation.method)
+    interpolant = fit(case, records)
     fronts = search_fronts(case, interpolant)
     front = fronts[0]
     mean, error = interpolant.predict_with_error(front.points)
@@ -257,14 +336,17 @@ def calibrate(space: Workspace) -> dict[str, Any]:
     by_key = [dict(zip(keys, columns.T, strict=True)) for columns in (mean, error)]
     chosen, reason = compromise(problem, front.objectives, by_key[0], by_key[1], noise, case.verify.replicates)
     individuals = spread(front.objectives).tolist() if len(front.names) > 1 else []
-    labels = {f"individual {chr(ord('A') + i)}": int(index) for i, index in enumerate(individuals)}
-    labels["compromise"] = int(chosen)
+    points = {f"individual {chr(ord('A') + i)}": front.points[index] for i, index in enumerate(individuals)}
+    points["compromise"] = front.points[chosen]
+    confirmed = _confirmed_set(space)
+    if confirmed is not None:
+        points["compromise"], reason = confirmed, "confirmed by the last runs of the adaptive design"
     loo, _ = interpolant.leave_one_out()
     _write_front(space.path / "front.csv", case, front, mean)
     return space.note(
         "calibrate",
         {
-            "candidates": {k: _candidate(problem, front, mean, error, i) for k, i in labels.items()},
+            "candidates": _candidates(case, interpolant, points),
             "compromise_reason": reason,
             "front_size": len(front.points),
             "generational_distance": [[float(g) for g in generational_distance(f.fronts, f.fronts[-1])] for f in fronts],
@@ -277,13 +359,29 @@ def calibrate(space: Workspace) -> dict[str, Any]:
     )
 
 
-def _candidate(problem: Problem, front: SearchResult, mean: np.ndarray, error: np.ndarray, index: int) -> dict[str, Any]:
-    keys = [t.key for t in problem.targets]
+def _candidates(case: Case, interpolant: Interpolant, points: dict[str, np.ndarray]) -> dict[str, dict[str, Any]]:
+    """Parameters, objectives and promised responses of each labelled set (d,)."""
+    sets = np.array(list(points.values()))
+    objectives = evaluation(case.problem, interpolant, case.search.objectives)(sets)
+    mean, error = interpolant.predict_with_error(sets)
     return {
-        "parameters": dict(zip(problem.names, map(float, front.points[index]), strict=True)),
-        "objectives": dict(zip(front.names, map(float, front.objectives[index]), strict=True)),
-        "predicted": {k: {"mean": float(m), "error": float(e)} for k, m, e in zip(keys, mean[index], error[index], strict=True)},
+        label: {
+            "parameters": dict(zip(case.problem.names, map(float, sets[i]), strict=True)),
+            "objectives": dict(zip(case.search.objectives, map(float, objectives[i]), strict=True)),
+            "predicted": {
+                k: {"mean": float(m), "error": float(e)} for k, m, e in zip(interpolant.responses, mean[i], error[i], strict=True)
+            },
+        }
+        for i, label in enumerate(points)
     }
+
+
+def _confirmed_set(space: Workspace) -> np.ndarray | None:
+    """The set (d,) that an adaptive design has confirmed; None for any other design, and where it ended without one."""
+    outcome = space.summary().get("run", {})
+    if space.case.plan.design != "adaptive" or outcome.get("ended") != "confirmed":
+        return None
+    return np.array([outcome["recommended"][n] for n in space.case.problem.names])
 
 
 def _rms(residual: np.ndarray, keys: Sequence[str]) -> dict[str, float]:

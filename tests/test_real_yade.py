@@ -135,3 +135,17 @@ def test_the_ledge_angle_grows_with_sliding_and_with_rolling_friction(tmp_path):
     records = {r.run_id: r for r in run(RunFolder(tmp_path), [q for own in asked.values() for q in own])}
     angle = {n: np.mean([records[q.run_id].responses["ledge_equivalent_angle_deg"] for q in own]) for n, own in asked.items()}
     assert angle["base"] + 2 < min(angle["rolling"], angle["sliding"])
+
+
+def test_only_the_ratio_of_modulus_to_density_matters(tmp_path):
+    """Twice the density, modulus, filled mass and rest threshold: a power of two rounds nothing, so every bit is the same."""
+    heavier = {"particle_density": 2 * 2650.0, "young_modulus": 2e6, "fill_mass": 4e-3, "rest_kinetic_energy": 2e-15}
+    folder = RunFolder(tmp_path)
+    pair = [Request.of("hourglass", **SMALL["hourglass"]), Request.of("hourglass", **{**SMALL["hourglass"], **heavier})]
+    light, heavy = run(folder, pair)
+    assert light.diagnostics["steps"] == heavy.diagnostics["steps"]
+    with np.load(folder.curves(light.run_id)) as one, np.load(folder.curves(heavy.run_id)) as other:
+        for name in ("filled", "final", "time"):
+            assert np.array_equal(one[name], other[name]), name
+    for name, value in light.responses.items():
+        assert heavy.responses[name] == (2 * value if "kg" in RESPONSES[name].unit else value), name

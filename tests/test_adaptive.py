@@ -1,0 +1,155 @@
+"""The adaptive design on surfaces whose answer is known, and through the whole workflow on a fake YADE."""
+
+import json
+from math import erf, sqrt
+
+import numpy as np
+import pytest
+
+from calibrator import workflow
+from calibrator.adaptive import Settings, bands, chances, is_met, propose
+from calibrator.case import read_case
+from calibrator.cli import main
+from calibrator.design import sobol
+from calibrator.plan import belongs, make_request
+from calibrator.problem import Parameter, Problem, Target
+
+FRICTIONS = (Parameter("rolling_friction", 0.1, 0.5), Parameter("sliding_friction", 0.2, 0.7))
+KEYS = ("hourglass.bulk_density", "hourglass.drained_equivalent_angle_deg")
+NOISE = np.array([4.0, 0.4])
+SIXTY = Settings(budget=60)
+
+
+def respond(points):
+    rolling, sliding = points.T
+    return np.column_stack([1650 - 80 * sliding - 50 * rolling**2, 22 + 25 * np.tanh(2 * rolling) + 10 * sliding])
+
+
+def problem(values):
+    return Problem(FRICTIONS, tuple(Target(*k.split("."), v, tolerance=0.005) for k, v in zip(KEYS, values, strict=True)))
+
+
+def designed(own, seed, settings=SIXTY, bad=lambda points: np.zeros(len(points), bool)):
+    """Run a design to its end; returns the last proposal, the kinds on the way and the number of runs."""
+    rng = np.random.default_rng(seed)
+    points = np.repeat(sobol(own, 6), [3, 3, 1, 1, 1, 1], axis=0)
+    values, kinds = respond(points) + NOISE * rng.standard_normal((len(points), 2)), []
+    failed = np.empty((0, 2))
+    while True:
+        proposal = propose(own, points, values, settings, failed=failed)
+        kinds.append(proposal.kind)
+        if proposal.stops:
+            return proposal, kinds, len(points)
+        new = proposal.points
+        failed = np.vstack([failed, new[bad(new)]])
+        new = new[~bad(new)]
+        points = np.vstack([points, new])
+        values = np.vstack([values, respond(new) + NOISE * rng.standard_normal((len(new), 2))])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_reachable_target_is_confirmed_with_few_runs(seed):
+    truth = np.array([[0.17, 0.62]])
+    own = problem(respond(truth)[0])
+    last, kinds, runs = designed(own, seed)
+    assert last.kind == "confirmed" and runs <= 30
+    missed = np.abs(respond(last.recommended[None])[0] - respond(truth)[0])
+    assert (missed <= bands(own.targets, NOISE, 3) + 2 * NOISE / np.sqrt(3)).all()
+    assert "explore" in kinds or "confirm" in kinds
+
+
+def test_targets_out_of_reach_are_said_to_be_so_long_before_the_budget():
+    last, _, runs = designed(problem([1900.0, 35.0]), 1)
+    assert last.kind == "unreachable" and runs < 30
+    assert "cannot be met" in last.sentence
+
+
+def test_the_budget_ends_a_design():
+    own = problem(respond(np.array([[0.17, 0.62]]))[0])
+    last, _, runs = designed(own, 2, Settings(budget=11, confidence=1.1))
+    assert last.kind == "budget" and 11 <= runs <= 12
+
+
+def test_a_failed_set_is_not_proposed_again():
+    own = problem(respond(np.array([[0.3, 0.45]]))[0])
+    asked = []
+
+    def bad(points):
+        asked.extend(map(tuple, points))
+        return (points[:, 0] > 0.28) & (points[:, 0] < 0.32)
+
+    last, _, _ = designed(own, 3, bad=bad)
+    failing = [p for p in asked if 0.28 < p[0] < 0.32]
+    assert len(failing) > len(set(failing)) - 1 and len(set(failing)) <= 10
+    assert last.kind in ("confirmed", "budget")
+
+
+def test_the_chance_is_that_of_a_normal_mean_within_the_band():
+    target = Target(*KEYS[0].split("."), 1600.0, tolerance=0.01)
+    mean, error, noise = np.array([[1610.0]]), np.array([[6.0]]), np.array([4.0])
+    spread = sqrt(6**2 + 4**2 / 3)
+    expected = (erf((16 - 10) / spread / sqrt(2)) + erf((16 + 10) / spread / sqrt(2))) / 2
+    assert np.exp(chances([target], mean, error, noise, 3))[0] == pytest.approx(expected)
+    far = chances([target], np.array([[1600.0 + d] for d in (500, 1000, 5000)]), np.ones((3, 1)), noise, 3)
+    assert np.isfinite(far).all() and (np.diff(far) < 0).all()
+
+
+def test_a_response_that_no_run_has_is_not_met():
+    own = problem([1600.0, 35.0])
+    assert is_met(own.targets, np.array([[1600.0, 35.0]]), NOISE)
+    assert not is_met(own.targets, np.array([[1600.0, np.nan]]), NOISE)
+
+
+TIGHT = "".join(f'[targets."{k}"]\ntolerance = 0.002\n' for k in (*KEYS, "hourglass.mass_flow_rate"))
+ADAPTIVE = (
+    'design = "sobol"\nsets = 14\nreplicates = 2',
+    'design = "adaptive"\nsets = 9\nreplicates = 3\nmost_runs = 60\n' + TIGHT,
+)
+
+
+def test_the_workflow_runs_an_adaptive_design_and_never_repeats_a_run(write_case, tmp_path, fake_yade):
+    path = write_case(ADAPTIVE)
+    assert main(["all", str(path), "--results", str(tmp_path / "results")]) == 0
+    folder = tmp_path / "results" / "toy"
+    outcome = json.loads((folder / "summary.json").read_text())["run"]
+    assert outcome["ended"] == "confirmed" and outcome["runs"] <= 60
+    calls = (folder / "calls.txt").read_text().split()
+    assert len(calls) == len(set(calls))
+    assert main(["run", str(path), "--results", str(tmp_path / "results")]) == 0
+    assert (folder / "calls.txt").read_text().split() == calls
+    lines = [json.loads(line) for line in (folder / "proposals.jsonl").read_text().splitlines()]
+    assert all(line["sentence"] and line["requests"] for line in lines)
+
+
+def test_an_adaptive_design_starts_from_the_shipped_database(write_case, tmp_path, fake_yade):
+    first = write_case()
+    assert main(["run", str(first), "--results", str(tmp_path / "old")]) == 0
+    assert main(["collect", str(first), "--results", str(tmp_path / "old")]) == 0
+    shipped = tmp_path / "old" / "toy" / "database.csv"
+    path = write_case(ADAPTIVE, ("jobs = 1", f'jobs = 1\nshipped = "{shipped}"'))
+    assert main(["run", str(path), "--results", str(tmp_path / "new")]) == 0
+    outcome = json.loads((tmp_path / "new" / "toy" / "summary.json").read_text())["run"]
+    assert outcome["from_shipped_database"] == 28
+    made = (tmp_path / "new" / "toy" / "calls.txt").read_text().split()
+    assert outcome["runs"] == 28 + len(made) and len(made) < 27
+
+
+def test_only_runs_with_the_case_s_fixed_values_and_inside_its_box_belong(write_case):
+    case = read_case(write_case())
+    point = np.array([0.2, 0.5, 1e6])
+    good = make_request(case, "hourglass", point, 7)
+    assert belongs(case, good)
+    for other in ({"restitution": 0.8}, {"rolling_friction": 0.04}, {"fill_mass": 0.02}):
+        assert not belongs(case, type(good).of("hourglass", **{**good.parameters, **other}))
+    assert not belongs(case, make_request(case, "ledge", point, 7))
+
+
+def test_an_interrupted_design_first_makes_the_runs_it_had_proposed(write_case, tmp_path, fake_yade):
+    case = read_case(write_case(ADAPTIVE))
+    space = workflow.Workspace(case, tmp_path / "toy")
+    space.path.mkdir(parents=True)
+    left = make_request(case, "hourglass", np.array([0.2, 0.5, 1e6]), 99)
+    made = [{"setup": left.setup, "parameters": left.parameters}]
+    (space.path / "proposals.jsonl").write_text(json.dumps({"sentence": "", "requests": made}) + "\n")
+    workflow.run_plan(space)
+    assert left.run_id in (space.path / "calls.txt").read_text()
