@@ -73,11 +73,16 @@ class Search:
 
 @dataclass(frozen=True)
 class Replicates:
-    """Fresh seeds for verification or validation: how many for the compromise and for each spread individual, and the first."""
+    """Fresh seeds for verification or validation: how many for the compromise and for each spread individual, and the first.
+
+    shipped names a database of such runs, for a published verification that others follow without simulating; runs that it
+    lacks are made, and `--fresh` ignores it. The calibration itself never sees these runs.
+    """
 
     replicates: int = 5
     seed: int = 500_000
     spread_replicates: int = 2
+    shipped: str = ""
 
     def __post_init__(self) -> None:
         _at_least("verify/validate", self, replicates=1, seed=0, spread_replicates=0)

@@ -161,7 +161,8 @@ def _say_verify(o: Outcome) -> str:
 
 
 def _say_verdict(o: Outcome) -> str:
-    lines = [f"{'passed' if o['passed'] else 'NOT passed'}, O1 = {o['o1']:.4f}"]
+    shipped = f" ({o['from_shipped_database']} of its runs come with the project)" if o.get("from_shipped_database") else ""
+    lines = [f"{'passed' if o['passed'] else 'NOT passed'}, O1 = {o['o1']:.4f}{shipped}"]
     for r in o["responses"]:
         promise = "" if r["predicted"] is None else f", predicted {r['predicted']:.5g}"
         lines.append(

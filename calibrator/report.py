@@ -49,6 +49,7 @@ from calibrator.workflow import (
     Workspace,
     database_records,
     fit,
+    for_new_seeds,
     probe_request,
     search_fronts,
     validation_requests,
@@ -104,8 +105,8 @@ class Findings:
             space,
             space.summary(),
             records,
-            {label: gather(space.runs, own) for label, own in verification_requests(space).items()},
-            gather(space.runs, validation_requests(space)),
+            {k: for_new_seeds(space, case.verify).finished(own) for k, own in verification_requests(space).items()},
+            for_new_seeds(space, case.validate).finished(validation_requests(space)),
             interpolant,
             search_fronts(case, interpolant),
         )
@@ -515,10 +516,18 @@ def _verification(findings: Findings, album: Album) -> str:
     return section(
         "Verification",
         _verification_table(findings, outcome),
-        note("Means of runs with new seeds ± one standard error, and (simulated − target) / target. None was used to calibrate."),
+        note(
+            "Means of runs with new seeds ± one standard error, and (simulated − target) / target. None was used to calibrate."
+            + _shipped_note(outcome)
+        ),
         album.figure("verification", caption, lambda: plot.verification(rows)),
         _run_curves(findings, album),
     )
+
+
+def _shipped_note(outcome: Mapping[str, Any]) -> str:
+    shipped = sum(own.get("from_shipped_database", 0) for own in outcome.values())
+    return f" {shipped} of the runs come with the project; --fresh makes them anew." if shipped else ""
 
 
 def _verification_table(findings: Findings, outcome: Mapping[str, Any]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from calibrator.adaptive import Proposal, propose
 from calibrator.adaptive import Settings as AdaptiveSettings
-from calibrator.case import Case
+from calibrator.case import Case, Replicates
 from calibrator.coordinates import fit_responses
 from calibrator.cost import core_seconds, particles, steps
 from calibrator.database import Database, response_table
@@ -283,7 +283,7 @@ def collect(space: Workspace) -> dict[str, Any]:
     records = database_records(space)
     if not records:
         raise CalibratorError(f"no finished run in {space.path}: run `calibrator run {space.case.path}` first")
-    Database(records).write(space.path / "database.csv", f"case {space.case.name}; calibrator run {space.case.path.name}")
+    Database(records).write(space.path / "database.csv", _made_by(space, "run"))
     _write_timings(space.path / "timings.csv", records)
     missing = len(_without(plan_requests(space.case), records))
     return space.note("collect", {"runs": len(records), "missing": missing, **_counts(records)})
@@ -429,6 +429,16 @@ def candidate_points(space: Workspace) -> dict[str, np.ndarray]:
     return {k: np.array([found[k]["parameters"][n] for n in space.case.problem.names]) for k in ordered}
 
 
+def for_new_seeds(space: Workspace, settings: Replicates) -> Workspace:
+    """The workspace of a verification or validation: it starts from nothing but the runs that the case ships for that."""
+    running = dataclasses.replace(space.case.run, shipped=settings.shipped)
+    return dataclasses.replace(space, case=dataclasses.replace(space.case, run=running))
+
+
+def _made_by(space: Workspace, verb: str) -> str:
+    return f"case {space.case.name}; calibrator {verb} {space.case.path.name}"
+
+
 def verification_requests(space: Workspace) -> dict[str, list[Request]]:
     """Fresh seeds on the calibration's own set-ups, per candidate: many for the compromise, a few for the others."""
     case, requests = space.case, {}
@@ -443,10 +453,14 @@ def verification_requests(space: Workspace) -> dict[str, list[Request]]:
 
 
 def verify(space: Workspace, report: Report = silent) -> dict[str, Any]:
-    """Run YADE afresh at the candidates, on the set-ups used, and compare with promise and target. Never uses shipped runs."""
-    space = dataclasses.replace(space, fresh=True)
+    """Run YADE afresh at the candidates, on the set-ups used, and compare with promise and target.
+
+    Never uses the plan's runs; those of `verify.shipped` only, where a case has it.
+    """
+    space = for_new_seeds(space, space.case.verify)
     calibration, requests = space.outcome("calibrate"), verification_requests(space)
     records = _carry_out(space, [r for own in requests.values() for r in own], report)
+    Database(records).write(space.path / "verification.csv", _made_by(space, "verify"))
     by_id = {r.run_id: r for r in records}
     outcome = {}
     for label, own in requests.items():
@@ -464,9 +478,10 @@ def validation_requests(space: Workspace) -> list[Request]:
 
 
 def validate(space: Workspace, report: Report = silent) -> dict[str, Any]:
-    """Predict the held-out measurements with fresh runs of the compromise. Never uses shipped runs."""
-    space = dataclasses.replace(space, fresh=True)
+    """Predict the held-out measurements with fresh runs of the compromise; see `verify` for the runs it uses."""
+    space = for_new_seeds(space, space.case.validate)
     records = _carry_out(space, validation_requests(space), report)
+    Database(records).write(space.path / "validation.csv", _made_by(space, "validate"))
     return space.note("validate", _verdict(space, check(space.case.problem.held_out, records), records))
 
 
@@ -489,7 +504,13 @@ def _verdict(space: Workspace, checks: Sequence[Check], records: Sequence[Record
         }
         for c in checks
     ]
-    return {"responses": rows, "passed": bool(rows) and all(c.passed for c in checks), "o1": error_o1(checks), **_counts(records)}
+    return {
+        "responses": rows,
+        "passed": bool(rows) and all(c.passed for c in checks),
+        "o1": error_o1(checks),
+        "from_shipped_database": len(space.shipped().find([r.request for r in records])),
+        **_counts(records),
+    }
 
 
 def probe_request(space: Workspace, setup: str, label: str = "compromise") -> Request:

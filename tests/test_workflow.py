@@ -151,3 +151,25 @@ def test_plan_writes_a_table_that_holds_every_run(write_case, tmp_path):
     lines = (space.path / "plan" / "hourglass.table").read_text().splitlines()
     assert outcome["runs"] == 4 * 4 * 2 * 2 == len(lines) - 1
     assert outcome["core_hours"] == pytest.approx(sum(s["core_hours"] for s in outcome["setups"].values()))
+
+
+def test_a_published_verification_is_followed_without_simulating_and_only_by_its_own_runs(
+    write_case, tmp_path, fake_yade, capsys
+):
+    path = write_case()
+    assert main(["all", str(path), "--results", str(tmp_path / "first")]) == 0
+    shipped = tmp_path / "first" / "toy"
+    tables = f'[verify]\nshipped = "{shipped}/verification.csv"'
+    again = write_case(("[verify]", tables), ("jobs = 1", f'jobs = 1\nshipped = "{shipped}/database.csv"'))
+    capsys.readouterr()
+    assert main(["all", str(again), "--results", str(tmp_path / "second")]) == 0
+    said = capsys.readouterr().out
+    assert "compromise: passed" in said and "(4 of its runs come with the project)" in said
+    validation = read_case(again).validate.replicates * 2
+    calls = (tmp_path / "second" / "toy" / "calls.txt").read_text().split()
+    assert len(calls) == validation, "only the validation, which is not shipped, had to run"
+    verdicts = [
+        json.loads((folder / "toy" / "summary.json").read_text())["verify"]
+        for folder in (tmp_path / "first", tmp_path / "second")
+    ]
+    assert verdicts[0]["candidates"]["compromise"]["responses"] == verdicts[1]["candidates"]["compromise"]["responses"]
