@@ -160,6 +160,10 @@ def _say_verify(o: Outcome) -> str:
     return "\n".join(f"{label}: {_say_verdict(v)}" for label, v in o["candidates"].items())
 
 
+def _say_validate(o: Outcome) -> str:
+    return "\n".join([_say_verdict(o), *(f"{label}: {_say_verdict(v)}" for label, v in o["candidates"].items())])
+
+
 def _say_verdict(o: Outcome) -> str:
     shipped = f" ({o['from_shipped_database']} of its runs come with the project)" if o.get("from_shipped_database") else ""
     lines = [f"{'passed' if o['passed'] else 'NOT passed'}, O1 = {o['o1']:.4f}{shipped}"]
@@ -183,7 +187,7 @@ VERBS: dict[str, tuple[str, Any, Any]] = {
     "collect": ("gather finished runs into the response database", _workflow("collect"), _say_runs),
     "calibrate": ("interpolate, search the Pareto front, choose candidates", _workflow("calibrate"), _say_calibrate),
     "verify": ("run YADE afresh at the candidates", _workflow("verify", True), _say_verify),
-    "validate": ("predict measurements that were not used, on other set-ups", _workflow("validate", True), _say_verdict),
+    "validate": ("predict measurements that were not used, on other set-ups", _workflow("validate", True), _say_validate),
     "report": ("write one self-contained page with figures and tables", _report, _say_report),
 }
 

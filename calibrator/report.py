@@ -90,7 +90,7 @@ class Findings:
     summary: dict[str, Any]
     records: list[Record]
     verified: dict[str, list[Record]]
-    validated: list[Record]
+    validated: dict[str, list[Record]]
     interpolant: Interpolant
     fronts: list[SearchResult]
 
@@ -106,7 +106,7 @@ class Findings:
             space.summary(),
             records,
             {k: for_new_seeds(space, case.verify).finished(own) for k, own in verification_requests(space).items()},
-            for_new_seeds(space, case.validate).finished(validation_requests(space)),
+            {k: for_new_seeds(space, case.validate).finished(own) for k, own in validation_requests(space).items()},
             interpolant,
             search_fronts(case, interpolant),
         )
@@ -137,7 +137,7 @@ class Findings:
     def outcome(self, verb: str) -> dict[str, Any] | None:
         """Outcome of verify (of the compromise) or validate; None where its runs are not those of the present compromise."""
         found = self.summary.get(verb)
-        runs = self.validated if verb == "validate" else self.verified.get("compromise", [])
+        runs = (self.validated if verb == "validate" else self.verified).get("compromise", [])
         counts = {} if found is None else found["candidates"]["compromise"] if verb == "verify" else found
         return found if found and sum(counts["statuses"].values()) == len(runs) > 0 else None
 
@@ -327,7 +327,7 @@ def _picture(findings: Findings, album: Album, setup: str) -> str:
 
 def _run_with_curves(findings: Findings, setup: str) -> tuple[Record, dict[str, np.ndarray]] | None:
     """The compromise's own fresh run where there is one, else the run nearest to the compromise that kept its grains."""
-    own = findings.verified.get("compromise", []) + findings.validated
+    own = findings.verified.get("compromise", []) + findings.validated.get("compromise", [])
     probe = gather(findings.space.runs, [probe_request(findings.space, setup)])
     for record in [*probe, *own, *_by_distance(findings, findings.records)]:
         if record.status == "ok" and record.request.setup == setup:
@@ -579,13 +579,17 @@ def _validation(findings: Findings, album: Album) -> str:
         )
     if outcome is None:
         return section("Validation", _missing(findings, "The validation on measurements not used", "validate"))
-    by_key = {r["key"]: r for r in outcome["responses"]}
-    rows = [_validation_row(t, by_key.get(t.key)) for t in problem.held_out]
-    head = ["response", "measured ± band", "simulated", "error", "good runs", "verdict"]
-    own = _by_setup(findings, {"compromise": findings.validated})
+    verdicts = {"compromise": outcome, **outcome["candidates"]}
+    rows = [
+        [label, *_validation_row(t, {r["key"]: r for r in own["responses"]}.get(t.key))]
+        for t in problem.held_out
+        for label, own in verdicts.items()
+    ]
+    head = ["candidate", "response", "measured ± band", "simulated", "error", "good runs", "verdict"]
+    own = _by_setup(findings, findings.validated)
     figures = [_profiles(findings, album, setup, runs) for setup, runs in own.items()]
-    caption = "Validation: the compromise predicts measurements that were not used"
-    return section("Validation", table(caption, head, rows, 2), *figures)
+    caption = "Validation: the candidates predict measurements that were not used"
+    return section("Validation", table(caption, head, rows, 3), *figures)
 
 
 def _validation_row(target: Target, row: Mapping[str, Any] | None) -> list[str]:
@@ -643,7 +647,7 @@ def _failures(findings: Findings, album: Album) -> str:
     stages = {
         "plan": findings.records,
         "verification": [r for own in findings.verified.values() for r in own],
-        "validation": findings.validated,
+        "validation": [r for own in findings.validated.values() for r in own],
     }
     kinds = [k for k in STATUSES if k == "ok" or any(r.status == k for own in stages.values() for r in own)]
     rows = [[stage, *(str(sum(r.status == k for r in own)) for k in kinds)] for stage, own in stages.items() if own]
@@ -665,7 +669,8 @@ def _provenance(findings: Findings, album: Album) -> str:
     """What would be needed to do it again."""
     case = findings.space.case
     verified = [r for own in findings.verified.values() for r in own]
-    runs = [*findings.records, *verified, *findings.validated]
+    validated = [r for own in findings.validated.values() for r in own]
+    runs = [*findings.records, *verified, *validated]
     shipped = findings.summary.get("run", {}).get("from_shipped_database", 0)
     rows = [
         ["calibrator", text(__version__)],
@@ -673,10 +678,10 @@ def _provenance(findings: Findings, album: Album) -> str:
         ["scripts (hash)", text(_distinct(runs, "scripts"))],
         ["Python", text(platform.python_version())],
         *([name, text(importlib.metadata.version(name))] for name in PACKAGES),
-        ["runs", f"{len(findings.records)} of the plan, {len(verified)} to verify, {len(findings.validated)} to validate"],
+        ["runs", f"{len(findings.records)} of the plan, {len(verified)} to verify, {len(validated)} to validate"],
         ["from the shipped database", str(shipped)],
         ["core-seconds of the plan", text(_spent_on_plan(findings))],
-        ["core-seconds to verify and validate", number(_core_seconds([*verified, *findings.validated]))],
+        ["core-seconds to verify and validate", number(_core_seconds([*verified, *validated]))],
     ]
     return section(
         "Provenance",

@@ -470,19 +470,34 @@ def verify(space: Workspace, report: Report = silent) -> dict[str, Any]:
     return space.note("verify", {"passed": outcome["compromise"]["passed"], "candidates": outcome})
 
 
-def validation_requests(space: Workspace) -> list[Request]:
-    """Fresh seeds of the compromise on every set-up that only held-out targets know."""
-    case = space.case
+def validation_requests(space: Workspace) -> dict[str, list[Request]]:
+    """Fresh seeds per candidate on every set-up that only held-out targets know; of the others only where asked for."""
+    case, requests = space.case, {}
     setups = [s for s in SETUPS if any(t.setup == s for t in case.problem.held_out)]
-    return [r for s in setups for r in replicate_requests(case, s, candidate_points(space)["compromise"], case.validate)]
+    for index, (label, point) in enumerate(candidate_points(space).items()):
+        count = case.validate.replicates if label == "compromise" else case.validate.spread_replicates
+        fresh = dataclasses.replace(case.validate, replicates=max(count, 1))
+        if count:
+            requests[label] = [r for s in setups for r in replicate_requests(case, s, point, fresh, index)]
+    return requests
 
 
 def validate(space: Workspace, report: Report = silent) -> dict[str, Any]:
-    """Predict the held-out measurements with fresh runs of the compromise; see `verify` for the runs it uses."""
+    """Predict the held-out measurements with fresh runs of the compromise; see `verify` for the runs it uses.
+
+    The outcome is the compromise's verdict; those of the other candidates, where asked for, are under "candidates".
+    """
     space = for_new_seeds(space, space.case.validate)
-    records = _carry_out(space, validation_requests(space), report)
+    requests = validation_requests(space)
+    records = _carry_out(space, [r for own in requests.values() for r in own], report)
     Database(records).write(space.path / "validation.csv", _made_by(space, "validate"))
-    return space.note("validate", _verdict(space, check(space.case.problem.held_out, records), records))
+    by_id = {r.run_id: r for r in records}
+    verdicts = {}
+    for label, own in requests.items():
+        done = [by_id[r.run_id] for r in own if r.run_id in by_id]
+        verdicts[label] = _verdict(space, check(space.case.problem.held_out, done), done)
+    compromise = verdicts.pop("compromise")
+    return space.note("validate", {**compromise, "candidates": verdicts})
 
 
 def _verdict(space: Workspace, checks: Sequence[Check], records: Sequence[Record]) -> dict[str, Any]:

@@ -77,7 +77,7 @@ def finished(space):
     calibrated(space)
     believe(space, [r for own in workflow.verification_requests(space).values() for r in own])
     workflow.verify(space)
-    believe(space, workflow.validation_requests(space))
+    believe(space, [r for own in workflow.validation_requests(space).values() for r in own])
     workflow.validate(space)
     return space
 

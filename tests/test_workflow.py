@@ -173,3 +173,14 @@ def test_a_published_verification_is_followed_without_simulating_and_only_by_its
         for folder in (tmp_path / "first", tmp_path / "second")
     ]
     assert verdicts[0]["candidates"]["compromise"]["responses"] == verdicts[1]["candidates"]["compromise"]["responses"]
+
+
+def test_every_candidate_is_validated_where_the_case_asks_for_it(write_case, tmp_path, fake_yade, capsys):
+    path = write_case(("[verify]", "[validate]\nreplicates = 2\nspread_replicates = 1\n[verify]"))
+    assert main(["all", str(path), "--results", str(tmp_path)]) == 0
+    found = json.loads((tmp_path / "toy" / "summary.json").read_text())["validate"]
+    assert found["statuses"]["ok"] == 4 and set(found["candidates"]) == {f"individual {c}" for c in "ABCD"}
+    assert all(own["statuses"]["ok"] == 2 and len(own["responses"]) == 2 for own in found["candidates"].values())
+    assert "individual C: " in capsys.readouterr().out.split("validate:")[1]
+    page = (tmp_path / "toy" / "report.html").read_text()
+    assert page.count("ledge equivalent angle") > 5
