@@ -122,6 +122,11 @@ class Case:
         """The response database that may serve as a start, relative to the case file; None where none is named."""
         return (self.path.parent / self.run.shipped) if self.run.shipped else None
 
+    def without_shipped_verification(self) -> Case:
+        """The same case, for which verification and validation have to be run here."""
+        verify, validate = (dataclasses.replace(s, shipped="") for s in (self.verify, self.validate))
+        return dataclasses.replace(self, verify=verify, validate=validate)
+
 
 def _at_least(section: str, settings: Any, **bounds: float) -> None:
     for name, bound in bounds.items():

@@ -52,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
         own.add_argument("case", metavar="CASE", help="case file (TOML)")
         own.add_argument("--results", type=Path, default=Path("results"), help="where results go (default: ./results)")
         own.add_argument("--fresh", action="store_true", help="ignore the shipped database: run everything here")
+        own.add_argument("--verify-afresh", action="store_true", help="ignore shipped runs of verification and validation only")
     return parser
 
 
@@ -59,6 +60,8 @@ def _do(options: argparse.Namespace) -> int:
     from calibrator.workflow import Workspace  # heavy imports only after the arguments are known to be good
 
     case = read_case(options.case)
+    if options.verify_afresh:
+        case = case.without_shipped_verification()
     space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh)
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
     good = True

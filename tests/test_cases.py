@@ -13,7 +13,7 @@ from calibrator.plan import plan_requests
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
 
-@pytest.mark.parametrize("path", [CASES / "coarse_sand.toml", CASES / "quartz_sand_full.toml"], ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(p for p in CASES.glob("*.toml") if "truth" not in p.stem), ids=lambda p: p.stem)
 def test_every_case_is_good(path, tmp_path, fake_yade):
     space = workflow.Workspace(read_case(path), tmp_path)
     assert workflow.check_case(space)["runs"] == len(plan_requests(space.case))
@@ -44,3 +44,15 @@ def test_the_case_of_the_demo_does_not_contain_the_truth_behind_its_lab():
     case = read_case(CASES / "coarse_sand.toml")
     text = (CASES / "coarse_sand.toml").read_text()
     assert case.truth and all(f"{value:g}" not in text for value in case.truth.values())
+
+
+def test_the_reduced_case_has_the_papers_parameters_and_enough_replicates():
+    full, reduced = (read_case(CASES / f"quartz_sand_{size}.toml") for size in ("full", "reduced"))
+    assert reduced.problem.names == full.problem.names
+    ranges = {p.name: (p.low, p.high) for p in full.problem.parameters}
+    for p in reduced.problem.parameters:
+        assert (p.low, p.high) == (ranges[p.name] if p.name != "young_modulus" else (5e6, 50e6))
+    grid = read_case(CASES / "quartz_sand_reduced_grid.toml")
+    assert grid.problem.setups["hourglass"] == reduced.problem.setups["hourglass"]
+    sets = reduced.plan.sets + len(plan_requests(grid))
+    assert sets >= 150 and reduced.plan.replicated_sets >= 0.2 * sets and reduced.plan.replicates >= 3
