@@ -19,7 +19,7 @@ from calibrator.quantities import PARAMETERS, SETUPS, parameters_of
 class Plan:
     """The design of the database: full grid or Sobol sequence, replicates per set, first seed.
 
-    replicated_sets bounds how many sets, the first of the design, get their replicates; the others are run once. 0: all.
+    replicated_sets bounds how many sets, the cheapest to simulate, get their replicates; the others are run once. 0: all.
     design = "adaptive" starts with `sets` of the Sobol sequence, two of them replicated (unless replicated_sets says
     otherwise), and then chooses each run by what the earlier ones say, until `replicates` runs at one set meet every target
     or `most_runs` are made (see `adaptive`).

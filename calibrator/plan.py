@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from calibrator.case import Case, Replicates
+from calibrator.cost import core_seconds
 from calibrator.design import full_grid, sobol
 from calibrator.quantities import parameters_of
 from calibrator.records import Record
@@ -29,15 +30,17 @@ def design_points(case: Case) -> np.ndarray:
 
 def plan_requests(case: Case) -> list[Request]:
     """Every run of the database: each set-up that has a target, each set, each replicate with a seed of its own."""
-    points, replicated = design_points(case), case.plan.replicated_sets
-    if case.plan.design == "adaptive":
+    plan, replicated = case.plan, case.plan.replicated_sets
+    if plan.design == "adaptive":
         replicated = replicated or 2  # enough to pool the seed noise from; the rest is replicated where that decides
-    return [
-        make_request(case, setup, point, case.plan.seed + SEED_STRIDE * i + j)
-        for setup in case.problem.calibration_setups
-        for i, point in enumerate(points)
-        for j in range(case.plan.replicates if not replicated or i < replicated else 1)
-    ]
+    requests = []
+    for setup in case.problem.calibration_setups:
+        first = [make_request(case, setup, p, plan.seed + SEED_STRIDE * i) for i, p in enumerate(design_points(case))]
+        cheapest = set(np.argsort(core_seconds(first), kind="stable")[: replicated or None].tolist())
+        for i, request in enumerate(first):
+            seed, count = plan.seed + SEED_STRIDE * i, plan.replicates if i in cheapest else 1
+            requests += [request, *(request.with_seed(seed + j) for j in range(1, count))]
+    return requests
 
 
 def replicate_requests(case: Case, setup: str, point: np.ndarray, fresh: Replicates, index: int = 0) -> list[Request]:
@@ -74,5 +77,5 @@ def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:
     for record in records:
         seed = int(record.request.parameters["seed"])
         if record.status == "clogged" and seed < SUBSTITUTE_SEED * limit:
-            again.append(Request.of(record.request.setup, **{**record.request.parameters, "seed": seed + SUBSTITUTE_SEED}))
+            again.append(record.request.with_seed(seed + SUBSTITUTE_SEED))
     return again

@@ -36,6 +36,10 @@ class Request:
         key = json.dumps([SCHEMA, self.setup, self.parameters], sort_keys=True, allow_nan=False)
         return hashlib.sha256(key.encode()).hexdigest()[:16]
 
+    def with_seed(self, seed: int) -> Request:
+        """The same run with another seed."""
+        return Request.of(self.setup, **{**self.parameters, "seed": seed})
+
 
 def cell(name: str, value: Value | None) -> str:
     """One table cell. YADE evaluates cells as Python, so only a number or a word of the vocabulary may pass."""
