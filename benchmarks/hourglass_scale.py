@@ -1,11 +1,13 @@
-"""What a smaller hourglass changes: the reference paper's cylinder of 32 mm against the reduced one, three sets of frictions.
+"""What a smaller hourglass changes: a cylinder of 32 mm, as in the reference paper, against the reduced one, three sets of frictions.
 
-    python -m benchmarks.hourglass_scale full       cylinder of 32 mm, one run a set: hours of a core, resumable
-    python -m benchmarks.hourglass_scale reduced    the reduced case's cylinder, five seeds a set: minutes
+    python -m benchmarks.hourglass_scale full       cylinder of 32 mm, one run a set: about an hour of a core each, resumable
+    python -m benchmarks.hourglass_scale reduced    the reduced case's hourglass, five seeds a set: minutes
+    python -m benchmarks.hourglass_scale narrow     the same with the paper's neck of 5 mm: how often it clogs, and its rate
     python -m benchmarks.hourglass_scale            compare what has been run: grid/ and benchmarks/results/hourglass_scale.json
 
-The neck, the grains (the paper's individual D) and the modulus are the same. The wide cylinder is filled with less than the
-paper's 25 g, as much as its slope needs to reach the wall: rate and slope do not know how much has gone before them.
+A name of a set after the scale runs that set alone. The grains (the paper's individual D) and their modulus are the same
+everywhere, the neck is the reduced case's for "full" and "reduced". The wide cylinder is filled with less than the paper's
+25 g, as much as its slope needs to reach the wall: rate and slope do not know how much has gone before them.
 """
 
 import sys
@@ -26,60 +28,51 @@ FOLDER = RunFolder(REPO / "results" / "hourglass_scale")
 SHIPPED = REPO / "grid" / "hourglass_scale.csv"
 # rolling and sliding friction, and the mass [kg] for the wide cylinder
 SETS = {"low": (0.1, 0.2, 12e-3), "middle": (0.327, 0.429, 18e-3), "high": (0.5, 0.7, 22e-3)}
-GRAINS = dict(particle_radius=0.4e-3, particle_density=2800.0, young_modulus=5e6, neck_diameter=5e-3, longest_time=20.0)
+GRAINS = dict(particle_radius=0.4e-3, particle_density=2800.0, young_modulus=5e6)
+SCALES = ("full", "reduced", "narrow")
 RESPONSES = ("bulk_density", "drained_equivalent_angle_deg", "drained_angle_of_repose_deg", "mass_flow_rate")
 FIRST_SEED = 820_001
+SEEDS = 5
 
 
 def requests(label: str, scale: str) -> list[Request]:
-    """The runs of one set of frictions at one scale, "full" or "reduced"."""
+    """The runs of one set of frictions at one of the scales."""
     rolling, sliding, mass = SETS[label]
-    frictions = dict(rolling_friction=rolling, sliding_friction=sliding)
-    if scale == "full":
-        return [Request.of("hourglass", **GRAINS, **frictions, fill_mass=mass, cylinder_diameter=32e-3, seed=FIRST_SEED)]
+    grains = dict(**GRAINS, rolling_friction=rolling, sliding_friction=sliding)
     small = read_case(REPO / "cases" / "quartz_sand_reduced.toml").problem.setups["hourglass"]
-    return [Request.of("hourglass", **{**GRAINS, **small, **frictions, "seed": FIRST_SEED + i}) for i in range(5)]
+    if scale == "full":
+        wide = dict(fill_mass=mass, cylinder_diameter=32e-3, neck_diameter=small["neck_diameter"], longest_time=20.0)
+        return [Request.of("hourglass", **grains, **wide, seed=FIRST_SEED)]
+    shape = small if scale == "reduced" else {**small, "neck_diameter": 5e-3}
+    return [Request.of("hourglass", **{**grains, **shape, "seed": FIRST_SEED + i}) for i in range(SEEDS)]
 
 
-def finished() -> list[Record]:
+def finished(label: str, scale: str) -> list[Record]:
     """Runs made here or shipped."""
-    asked = [r for label in SETS for scale in ("full", "reduced") for r in requests(label, scale)]
+    asked = requests(label, scale)
     there = Database.read(SHIPPED).find(asked) if SHIPPED.exists() else []
     return list({r.run_id: r for r in [*there, *gather(FOLDER, asked)]}.values())
 
 
-def compare(records: list[Record]) -> dict[str, dict[str, dict[str, float]]]:
-    """{set: {response: full, reduced, its scatter and their difference}} of the sets that have run at both scales."""
-    found: dict[str, dict[str, dict[str, float]]] = {}
-    for label in SETS:
-        values = {scale: _responses(records, requests(label, scale)) for scale in ("full", "reduced")}
-        if not all(len(v) for v in values.values()):
-            continue
-        found[label] = {}
-        for i, name in enumerate(RESPONSES):
-            full, reduced = (np.array([row[i] for row in values[s]]) for s in ("full", "reduced"))
-            found[label][name] = {
-                "full": float(full.mean()),
-                "reduced": float(reduced.mean()),
-                "scatter": float(reduced.std(ddof=1)),
-                "difference": float(reduced.mean() - full.mean()),
-                "ratio": float(reduced.mean() / full.mean()),
-            }
+def summary(records: list[Record]) -> dict[str, object]:
+    """How many runs, how many clogged, and mean and scatter of each response that any of them has."""
+    found: dict[str, object] = {"runs": len(records), "clogged": sum(r.status == "clogged" for r in records)}
+    for name in RESPONSES:
+        values = np.array([r.responses[name] for r in records if name in r.responses])
+        if len(values):
+            found[name] = {"mean": float(values.mean()), "scatter": float(values.std(ddof=1)) if len(values) > 1 else None}
     return found
 
 
-def _responses(records: list[Record], asked: list[Request]) -> list[list[float]]:
-    ids = {r.run_id for r in asked}
-    return [[r.responses.get(n, np.nan) for n in RESPONSES] for r in records if r.run_id in ids and r.status == "ok"]
-
-
 def main() -> None:
-    """Run one scale, or compare both."""
-    if sys.argv[1:]:
-        run(FOLDER, [r for label in SETS for r in requests(label, sys.argv[1])], jobs=1, report=ProgressBar(sys.stderr))
-    records = finished()
-    Database(records).write(SHIPPED, "python -m benchmarks.hourglass_scale full; python -m benchmarks.hourglass_scale reduced")
-    write("hourglass_scale", {"sets": compare(records)})
+    """Run one scale, or compare all."""
+    scale, labels = (sys.argv[1], sys.argv[2:] or list(SETS)) if sys.argv[1:] else ("", list(SETS))
+    if scale:
+        run(FOLDER, [r for label in labels for r in requests(label, scale)], jobs=1, report=ProgressBar(sys.stderr))
+    records = {label: {s: finished(label, s) for s in SCALES} for label in SETS}
+    everything = [r for own in records.values() for runs in own.values() for r in runs]
+    Database(everything).write(SHIPPED, "\n".join(f"python -m benchmarks.hourglass_scale {s}" for s in SCALES))
+    write("hourglass_scale", {"sets": {label: {s: summary(r) for s, r in own.items() if r} for label, own in records.items()}})
 
 
 if __name__ == "__main__":
