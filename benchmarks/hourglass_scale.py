@@ -1,4 +1,4 @@
-"""What a smaller hourglass changes: a cylinder of 32 mm, as in the reference paper, against the reduced one, three sets of frictions.
+"""What a smaller hourglass changes: a cylinder of 32 mm, as in the reference paper, against the reduced one.
 
     python -m benchmarks.hourglass_scale full       cylinder of 32 mm, one run a set: about an hour of a core each, resumable
     python -m benchmarks.hourglass_scale reduced    the reduced case's hourglass, five seeds a set: minutes

@@ -5,7 +5,8 @@ the model (Hertz-Mindlin contacts, damping set by restitution, the rolling cap, 
 accelerations, trajectories, times, angles and overlaps are the same, and masses scale with rho_p. In dimensionless terms
 only E / (rho_p g d) matters, beside the frictions and the ratios of lengths. What this needs is the same number of grains and
 a rest threshold that scales with rho_p as well; at a fixed filled mass the number of grains changes as 1 / rho_p instead,
-which shows only in responses that depend on how much was filled. tests/physics/test_similarity.py holds the proof on runs.
+which shows only in responses that depend on how much was filled. tests/test_real_yade.py holds the proof on a pair of runs,
+benchmarks/similarity.py measures it on pairs of the reduced case.
 """
 
 from __future__ import annotations

@@ -443,6 +443,62 @@ def _draw_profile(ax: Axes, profile: Profile) -> None:
     _ticks(ax)
 
 
+@styled
+def ridge(accepted: np.ndarray, bounds: np.ndarray, labels: Sequence[str], chosen: np.ndarray) -> Figure:
+    """Parameter sets that the targets accept, projected on every pair of parameters: a narrow band is a ridge.
+
+    Parameters
+    ----------
+    accepted : (k, d) sets; bounds : (2, d) the box; labels : d axis labels; chosen : (d,) the compromise.
+    """
+    _required(accepted, "accepted parameter set", "calibrate first")
+    _finite("accepted sets", accepted)
+    last = len(labels) - 1
+    if last < 1:
+        raise CalibratorError("a single parameter has no ridge to draw: calibrate two or more")
+    figure = Figure(figsize=(min(WIDTH, 1.4 + 2.6 * last), 0.9 + 1.75 * last))
+    axes = iter(figure.subplots(last, last, squeeze=False, sharex="col", sharey="row").flat)
+    for row, column in np.ndindex(last, last):
+        ax, y = next(axes), row + 1
+        if column > row:
+            ax.remove()
+            continue
+        ax.scatter(accepted[:, column], accepted[:, y], s=4, color=BLUE, alpha=0.25, linewidth=0)
+        ax.plot(chosen[column], chosen[y], "*", color=RED, markeredgecolor="white", markersize=12, clip_on=False)
+        ax.set(xlim=bounds[:, column], ylim=bounds[:, y])
+        ax.set(xlabel=labels[column] if row == last - 1 else "", ylabel=labels[y] if column == 0 else "")
+        _ticks(ax, count=4)
+        _ticks(ax, horizontal=False, count=4)
+    _legend(figure, {"accepted by the targets": _dot(BLUE, alpha=0.6), "compromise": _dot(RED, "*", markersize=11)})
+    return figure
+
+
+@styled
+def sensitivity(indices: Mapping[str, tuple[np.ndarray, np.ndarray]], labels: Sequence[str], names: Sequence[str]) -> Figure:
+    """Sobol indices as bars with their 95 % intervals, one panel per response.
+
+    Parameters
+    ----------
+    indices : kind of index -> values and half widths of their intervals, both (m, d); labels : m titles; names : d parameters.
+    """
+    _required(labels, "sensitivity", "calibrate first")
+    figure, axes = _panels(len(labels), 1.1 + 0.36 * len(names), sharey=True)
+    places = np.arange(len(names))
+    thick = 0.76 / len(indices)
+    for row, (ax, label) in enumerate(zip(axes, labels, strict=True)):
+        for i, (values, errors) in enumerate(indices.values()):
+            at = places + (i + 0.5) * thick - 0.38
+            ends = np.clip([values[row] - errors[row], values[row] + errors[row]], 0, 1)
+            ax.barh(at, values[row], thick, color=(BLUE, SKY)[i % 2])
+            ax.hlines(at, *ends, color=INK, linewidth=1.1)
+        ax.set(title=label, xlabel="share of the variance", xlim=(0, 1))
+        ax.grid(False, axis="y")
+    axes[0].set_yticks(places, names)
+    axes[0].set_ylim(len(names) - 0.5, -0.5)
+    _legend(figure, {kind: Patch(color=(BLUE, SKY)[i % 2]) for i, kind in enumerate(indices)})
+    return figure
+
+
 # Runs
 
 

@@ -373,6 +373,8 @@ def _calibration(findings: Findings, album: Album) -> str:
         _front(findings, album),
         _distance(findings, album),
         _likelihood(findings, album),
+        _ridge(findings, album),
+        _sensitivity(findings, album),
         *(paragraph(text(_spoken(findings, s)), "small") for s in findings.calibration["reachability"]["sentences"]),
     )
 
@@ -471,6 +473,28 @@ def _likelihood(findings: Findings, album: Album) -> str:
         "the grey line, χ² = 3.84 above the minimum, are accepted at 95 %; a flat curve means that the targets say nothing."
     )
     return album.figure("profile_likelihood", caption, lambda: plot.profile_likelihood(found))
+
+
+def _ridge(findings: Findings, album: Album) -> str:
+    problem, found = findings.space.case.problem, findings.calibration["identifiability"]
+    caption = (
+        "Parameter sets that the measurements accept, seen along every pair of parameters: each cloud is as wide as one "
+        "parameter is free where the other is known, and a slanted band is a ridge of sets that are equally good."
+    )
+    labels, bounds = [axis_label(PARAMETERS[n]) for n in problem.names], np.array([problem.low, problem.high])
+    return album.figure("ridge", caption, lambda: plot.ridge(np.array(found["accepted"]), bounds, labels, findings.compromise))
+
+
+def _sensitivity(findings: Findings, album: Album) -> str:
+    found = findings.calibration["sensitivity"]
+    kinds = {"alone": "first", "with all interactions": "total"}
+    indices = {kind: (np.array(found[k]), np.array(found[f"{k}_error"])) for kind, k in kinds.items()}
+    caption = (
+        "What each parameter does over the whole box: Sobol indices of the interpolated responses. Lines are 95 % intervals, "
+        "from the finite sample and, for Gaussian processes, from leaving parts of the database out."
+    )
+    labels, names = [key_words(k) for k in found["responses"]], [words(n) for n in found["parameters"]]
+    return album.figure("sensitivity", caption, lambda: plot.sensitivity(indices, labels, names))
 
 
 # Tables of the candidates

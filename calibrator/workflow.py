@@ -29,10 +29,14 @@ from calibrator.quantities import SCHEMA, SETUPS
 from calibrator.records import Record
 from calibrator.runner import Progress, RunFolder, gather, run, yade_batch_command
 from calibrator.selection import Reachability, compromise, spread, unreachable
+from calibrator.sensitivity import sensitivity
 from calibrator.table import Request, write_table
 from calibrator.verification import Check, check, error_o1
 
 Report = Callable[[Progress], None]
+
+ACCEPTED = 1000  # parameter sets of the accepted region that the summary keeps, for the picture of the ridge
+PARTS = 8  # of the database: each is left out once, for the intervals of the sensitivities
 
 
 def silent(progress: Progress) -> None:
@@ -354,6 +358,7 @@ def calibrate(space: Workspace) -> dict[str, Any]:
             "leave_one_out_rms": _rms(loo - interpolant.values, interpolant.responses),
             "reachability": _reached(unreachable(problem, interpolant)),
             "identifiability": _identified(problem, interpolant, case.truth),
+            "sensitivity": _sensitivity(case, records, interpolant),
             **_counts(records),
         },
     )
@@ -413,10 +418,31 @@ def _identified(problem: Problem, interpolant: Interpolant, truth: dict[str, flo
         }
         for p in found.parameters
     ]
-    return {"chi2": found.chi2, "parameters": profiles, "correlation": found.correlation.tolist(), "assumed": list(found.assumed)}
+    return {
+        "chi2": found.chi2,
+        "parameters": profiles,
+        "correlation": found.correlation.tolist(),
+        "accepted": found.accepted[:: max(1, len(found.accepted) // ACCEPTED)].tolist(),
+        "assumed": list(found.assumed),
+    }
+
+
+def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant) -> dict[str, Any]:
+    """Sobol indices of the targets' responses; on a grid, which must stay whole, without the part for the choice of sets."""
+    sets = sorted({tuple(r.request.parameters[n] for n in case.problem.names) for r in records})
+    part = {one: i % PARTS for i, one in enumerate(sets)}
+    folds: list[Interpolant] = []
+    if case.interpolation.method == "process" and len(sets) >= 3 * (len(case.problem.names) + 2):
+        for left_out in range(PARTS):
+            kept = [r for r in records if part[tuple(r.request.parameters[n] for n in case.problem.names)] != left_out]
+            folds.append(fit(case, kept))
+    found = sensitivity(case.problem, interpolant, folds)
+    arrays = {k: getattr(found, k).tolist() for k in ("first", "total", "first_error", "total_error")}
+    return {"responses": found.responses, "parameters": found.parameters, **arrays}
 
 
 def _write_front(path: Path, case: Case, front: SearchResult, mean: np.ndarray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
     header = [*case.problem.names, *front.names, *(t.key for t in case.problem.targets)]
     table = np.column_stack([front.points, front.objectives, mean])
     path.write_text("\n".join([",".join(header), *(",".join(map(repr, map(float, row))) for row in table)]) + "\n")

@@ -13,7 +13,7 @@ LAYERS = [
     ["database", "interpolation", "verification"],
     ["objectives", "multilinear", "gaussian_process"],
     ["coordinates"],
-    ["cost", "nsga2", "selection", "identifiability"],
+    ["cost", "nsga2", "selection", "identifiability", "sensitivity"],
     ["plan", "runner", "adaptive"],
     ["workflow"],
     ["plot"],
