@@ -1,5 +1,6 @@
 """The shipped databases belong to the shipped cases and to this version of the contract."""
 
+import hashlib
 from pathlib import Path
 
 import numpy as np
@@ -37,3 +38,10 @@ def test_the_lab_shares_no_run_and_no_parameter_set_with_the_database_of_the_dem
 @pytest.mark.parametrize("path", sorted((REPO / "grid").glob("*.csv")), ids=lambda p: p.name)
 def test_every_shipped_file_is_described(path):
     assert f"`{path.name}`" in (REPO / "grid" / "README.md").read_text()
+
+
+def test_every_shipped_file_has_the_checksum_that_was_published():
+    """A database edited by hand, or cut short on its way, is noticed. After a change: cd grid && sha256sum *.csv > SHA256SUMS."""
+    lines = (REPO / "grid" / "SHA256SUMS").read_text().splitlines()
+    published = {name: digest for digest, name in (line.split() for line in lines)}
+    assert published == {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in (REPO / "grid").glob("*.csv")}
