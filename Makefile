@@ -1,4 +1,5 @@
 # make demo   install what is missing, calibrate a sand on real YADE runs, write the report   (FRESH=1: no shipped runs)
+# make paper  the reference paper's case: calibrate on the shipped runs, fill docs/paper_case.md   (AFRESH=1: verify on YADE anew)
 # make test   install what is missing, run all checks and tests
 PYTHON ?= python3
 VENV := .venv
@@ -6,9 +7,13 @@ BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo test lint lab yade clean
+.PHONY: demo paper test lint lab yade clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
+
+paper: yade $(VENV)/.done
+	$(BIN)/calibrator all cases/quartz_sand_reduced.toml $(if $(AFRESH),--verify-afresh)
+	$(BIN)/python -m benchmarks.paper_case
 
 test: yade $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q

@@ -1,0 +1,358 @@
+"""The reference paper's tables beside ours: fills the marked blocks of docs/paper_case.md from what has been measured.
+
+    calibrator all cases/quartz_sand_reduced.toml && python -m benchmarks.paper_case        (make paper does both)
+
+Everything comes from files: the case's summary and shipped database, the paper's printed numbers (cases/reference_paper.toml),
+and the results of the benchmarks named in each block. A block whose source is missing says which command makes it.
+"""
+
+import json
+import re
+import shutil
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common import RESULTS
+from calibrator.case import Case, read_case
+from calibrator.coordinates import Coordinates, fit_responses
+from calibrator.database import response_table
+from calibrator.problem import Problem
+from calibrator.records import Record
+from calibrator.workflow import Workspace, database_records
+
+REPO = Path(__file__).resolve().parent.parent
+PAGE = REPO / "docs" / "paper_case.md"
+PICTURES = REPO / "docs" / "figures"
+CASE = REPO / "cases" / "quartz_sand_reduced.toml"
+GRID = REPO / "cases" / "quartz_sand_reduced_grid.toml"
+LETTERS = "ABCD"
+HELD = ("held_by_68", "held_by_95")
+FOLDS = 8
+COPIED = ("front_evolution", "generational_distance", "sensitivity", "ridge", "profile_likelihood", "parity")
+
+
+class Sources:
+    """The files that the blocks are made of."""
+
+    def __init__(self) -> None:
+        self.case: Case = read_case(CASE)
+        self.space = Workspace(self.case, REPO / "results" / self.case.name)
+        self.summary = self.space.summary()
+        self.paper = tomllib.loads((REPO / "cases" / "reference_paper.toml").read_text())
+
+    def measured(self, name: str) -> dict[str, Any]:
+        """Results of a benchmark; FileNotFoundError where it has not been run."""
+        found: dict[str, Any] = json.loads((RESULTS / f"{name}.json").read_text())
+        return found
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def with_error(value: float, error: float | None, digits: int = 4) -> str:
+    """A value and its error, the latter with two digits."""
+    return f"{value:.{digits}g}" + (f" ± {error:.2g}" if error else "")
+
+
+# Set-up and database
+
+
+def scale_block(sources: Sources) -> str:
+    """Full against reduced hourglass, and what the narrow neck does."""
+    names = {"bulk_density": "density [kg/m³]", "drained_equivalent_angle_deg": "equivalent angle [°]"}
+    names |= {"drained_angle_of_repose_deg": "fitted angle [°]", "mass_flow_rate": "steady rate [g/s]"}
+    rows = []
+    for label, scales in sources.measured("hourglass_scale")["sets"].items():
+        for scale, own in scales.items():
+            cells = [f"{label} friction, {scale}", f"{own['runs']} ({own['clogged']} clogged)"]
+            for name in names:
+                unit = 1e3 if name == "mass_flow_rate" else 1.0
+                value = own.get(name)
+                cells.append("–" if value is None else with_error(unit * value["mean"], unit * (value["scatter"] or 0)))
+            rows.append(cells)
+    return table(["set", "runs", *names.values()], rows) + "\n\n± is the scatter of single runs."
+
+
+def targets_block(sources: Sources) -> str:
+    """The targets of the reduced case."""
+    rows = [[t.key, f"{t.value:.5g}", f"{t.tolerance:.0%}"] for t in sources.case.problem.targets]
+    return table(["target", "value", "tolerance"], rows)
+
+
+def grid_records() -> list[Record]:
+    """The runs of the full grid."""
+    grid = read_case(GRID)
+    return database_records(Workspace(grid, REPO / "results" / grid.name))
+
+
+def database_block(sources: Sources) -> str:
+    """Sets, replicates, failures."""
+    records = database_records(sources.space)
+    sets: dict[tuple[Any, ...], int] = {}
+    for r in records:
+        key = tuple(r.request.parameters[n] for n in sources.case.problem.names)
+        sets[key] = sets.get(key, 0) + 1
+    statuses = {k: sum(r.status == k for r in records) for k in sorted({r.status for r in records})}
+    replicated = sum(n >= 3 for n in sets.values())
+    on_grid = grid_records()
+    return table(
+        ["database", "parameter sets", "with 3 or more runs", "runs", "by outcome"],
+        [
+            ["Sobol", str(len(sets)), str(replicated), str(len(records)), ", ".join(f"{v} {k}" for k, v in statuses.items())],
+            [
+                "grid",
+                str(len({r.run_id for r in on_grid})),
+                "0",
+                str(len(on_grid)),
+                f"{sum(r.status == 'ok' for r in on_grid)} ok",
+            ],
+        ],
+    )
+
+
+# The paper's tables
+
+
+def candidates(sources: Sources) -> dict[str, dict[str, Any]]:
+    """Our four spread individuals and the compromise, as `calibrate` left them."""
+    found: dict[str, dict[str, Any]] = sources.summary["calibrate"]["candidates"]
+    return {k.removeprefix("individual "): v for k, v in sorted(found.items(), key=lambda item: item[0] == "compromise")}
+
+
+def table6_block(sources: Sources) -> str:
+    """Predicted: parameters, errors, objectives."""
+    ours, paper = candidates(sources), sources.paper["individual"]
+    head = ["", *(f"paper {x}" for x in LETTERS), *(f"ours {x}" for x in ours)]
+    rows = []
+    for name in sources.case.problem.names:
+        values = [paper[x]["parameters"][name] for x in LETTERS] + [c["parameters"][name] for c in ours.values()]
+        rows.append([name.replace("_", " "), *(f"{v:.4g}" for v in values)])
+    wanted = zip(("density", "angle", "time"), sources.case.problem.targets, strict=True)
+    for short, target in wanted:
+        own = [abs(c["predicted"][target.key]["mean"] / target.value - 1) for c in ours.values()]
+        errors = [c["predicted"][target.key]["error"] / target.value for c in ours.values()]
+        cells = [f"{paper[x]['predicted'][short]:.4f}" for x in LETTERS]
+        rows.append([f"error of {short}", *cells, *(f"{v:.4f} ± {e:.4f}" for v, e in zip(own, errors, strict=True))])
+    for short, name in (("o1", "error"), ("o2", "time_cost")):
+        cells = [f"{paper[x]['predicted'][short]:.4f}" for x in LETTERS]
+        rows.append([short.upper(), *cells, *(f"{c['objectives'][name]:.4f}" for c in ours.values())])
+    return table(head, rows)
+
+
+def verified(sources: Sources, verb: str) -> dict[str, dict[str, Any]]:
+    """Outcome of verify or validate per candidate, in the order of `candidates`."""
+    outcome = sources.summary[verb]
+    own = outcome["candidates"] if verb == "verify" else {"compromise": outcome, **outcome["candidates"]}
+    return {x: own[k] for x in candidates(sources) for k in own if k.removeprefix("individual ") == x}
+
+
+def cell(row: dict[str, Any] | None) -> str:
+    """Simulated mean with its standard error and its relative error."""
+    return (
+        "no good run" if row is None else f"{with_error(row['simulated'], row['standard_error'])} ({row['relative_error']:+.1%})"
+    )
+
+
+def table7_block(sources: Sources) -> str:
+    """Verified with fresh runs."""
+    ours, paper = verified(sources, "verify"), sources.paper
+    names = ("bulk_density", "drained_angle_of_repose_deg", "discharge_time")
+    head = ["", *(f"paper {x}" for x in LETTERS), *(f"ours {x}" for x in ours)]
+    rows = []
+    for name, target in zip(names, sources.case.problem.targets, strict=True):
+        measured = paper["measured"][name]
+        printed = [paper["individual"][x]["verified"][name] for x in LETTERS]
+        own = [{r["key"]: r for r in o["responses"]}.get(target.key) for o in ours.values()]
+        rows.append(
+            [f"{name} / {target.response}", *(f"{v:.4g} ({v / measured - 1:+.1%})" for v in printed), *(cell(r) for r in own)]
+        )
+    cells = [f"{paper['individual'][x]['verified']['o1']:.4f}" for x in LETTERS]
+    rows.append(["O1", *cells, *(f"{o['o1']:.4f}" for o in ours.values())])
+    runs = [", ".join(f"{n} {k}" for k, n in o["statuses"].items()) for o in ours.values()]
+    rows.append(["runs", *(["1"] * 4), *runs])
+    noise = sources.summary["calibrate"]["seed_noise"]
+    said = ", ".join(
+        f"{k.split('.')[1]} {v / t.value:.1%}" for t in sources.case.problem.targets for k, v in noise.items() if k == t.key
+    )
+    return table(head, rows) + f"\n\nSeed noise of one run: {said}."
+
+
+def table89_block(sources: Sources) -> str:
+    """Validation on ledge and pile."""
+    ours, rows = verified(sources, "validate"), []
+    for target in sources.case.problem.held_out:
+        printed = [sources.paper["individual"][x][target.response] for x in LETTERS]
+        own = [{r["key"]: r for r in o["responses"]}.get(target.key) for o in ours.values()]
+        rows.append([target.response, f"{target.value:g}", *(f"{v:g}" for v in printed), *(cell(r) for r in own)])
+    return table(["", "measured", *(f"paper {x}" for x in LETTERS), *(f"ours {x}" for x in ours)], rows)
+
+
+def table8_full_block(sources: Sources) -> str:
+    """The paper's own individuals in the full-scale ledge."""
+    found = sources.measured("ledge_full_scale")
+    rows = []
+    for x in LETTERS:
+        own = found[x]
+        error = np.std(own["fitted"], ddof=1) / np.sqrt(len(own["fitted"]))
+        seeds = ", ".join(f"{v:.1f}" for v in own["fitted"])
+        cells = [f"{own['paper']:g}", with_error(own["fitted_mean"], error, 3), seeds, f"{own['equivalent_mean']:.1f}"]
+        rows.append([x, *cells, f"{own['fitted_mean'] - own['paper']:+.1f}"])
+    head = ["individual", "paper", "YADE, fitted slope", "its seeds", "YADE, from the volume", "YADE − paper"]
+    return table(head, rows) + f"\n\nMeasured: {found['measured']}°. Angles in degrees; ± is the standard error of three seeds."
+
+
+# Statistics
+
+
+def cross_validated(sources: Sources) -> dict[str, dict[str, float]]:
+    """{method: {response: rms error over the response's standard deviation}}, always on runs that the fit has not seen.
+
+    The grid is at the mean density of the box: with similarity it speaks for all densities, up to the moduli that it covers.
+    """
+    problem, keys = sources.case.problem, [t.key for t in sources.case.problem.targets]
+    grid_points, grid_values = response_table(problem, grid_records(), keys)
+    points, values = response_table(problem, database_records(sources.space), keys)
+    stiffness = Coordinates(problem, collapsed=True).inward(points)[:, -1]
+    covered = Coordinates(problem, collapsed=True).inward(grid_points)[:, -1]
+    within = (stiffness >= covered.min()) & (stiffness <= covered.max())
+    points, values = points[within], values[within]
+    found = {}
+    for method, words in (("multilinear", "multilinear"), ("process", "Gaussian process")):
+        model = fit_responses(problem, grid_points, grid_values, keys, method, similarity=True)
+        found[f"{words} on the grid's {len(grid_points)} runs"] = model.predict(points)
+    found[f"Gaussian process on {FOLDS - 1} of {FOLDS} parts of the Sobol runs"] = _by_folds(problem, points, values, keys)
+    return {name: _rms(values, predicted, keys) for name, predicted in found.items()}
+
+
+def _by_folds(problem: Problem, points: np.ndarray, values: np.ndarray, keys: list[str]) -> np.ndarray:
+    """Prediction of each run by a process without its part of the sets."""
+    _, group = np.unique(points, axis=0, return_inverse=True)
+    predicted = np.full_like(values, np.nan)
+    for fold in range(FOLDS):
+        out = group % FOLDS == fold
+        predicted[out] = fit_responses(problem, points[~out], values[~out], keys, similarity=True).predict(points[out])
+    return predicted
+
+
+def _rms(values: np.ndarray, predicted: np.ndarray, keys: list[str]) -> dict[str, float]:
+    scatter = np.nanstd(values, axis=0)
+    return dict(zip(keys, (np.sqrt(np.nanmean((predicted - values) ** 2, axis=0)) / scatter).tolist(), strict=True))
+
+
+def interpolation_block(sources: Sources) -> str:
+    """Multilinear against Gaussian process."""
+    found = cross_validated(sources)
+    keys = [t.key for t in sources.case.problem.targets]
+    noise, records = sources.summary["calibrate"]["seed_noise"], database_records(sources.space)
+    _, values = response_table(sources.case.problem, records, keys)
+    found["seed noise of one run, the least that can be left"] = {
+        k: noise[k] / float(np.nanstd(values[:, i])) for i, k in enumerate(keys)
+    }
+    rows = [[name, *(f"{own[k]:.0%}" for k in keys)] for name, own in found.items()]
+    head = ["rms error of a run, over the scatter of all runs", *(k.split(".")[1].replace("_", " ") for k in keys)]
+    return table(head, rows)
+
+
+def coverage_block(sources: Sources) -> str:
+    """How often the intervals hold the truth, and how often they pin a parameter."""
+    found = sources.measured("coverage")
+    rows = [
+        [
+            name.replace("_", " "),
+            *(f"{own[k]['share']:.0%} ({own[k]['interval_95'][0]:.0%}-{own[k]['interval_95'][1]:.0%})" for k in HELD),
+            f"{own['pinned']:.0%}",
+        ]
+        for name, own in found["parameters"].items()
+    ]
+    head = ["parameter", "held by 68 % intervals", "held by 95 % intervals", "pinned down"]
+    return table(head, rows) + f"\n\n{found['trials']} synthetic truths; in brackets the 95 % interval of the share."
+
+
+def sensitivity_block(sources: Sources) -> str:
+    """Total Sobol indices."""
+    found = sources.summary["calibrate"]["sensitivity"]
+    rows = [
+        [
+            name.replace("_", " "),
+            *(f"{found['total'][i][j]:.2f} ± {found['total_error'][i][j]:.2f}" for i in range(len(found["responses"]))),
+        ]
+        for j, name in enumerate(found["parameters"])
+    ]
+    return table(["total Sobol index", *(k.split(".")[1].replace("_", " ") for k in found["responses"])], rows)
+
+
+def similarity_block(sources: Sources) -> str:
+    """Pairs that similarity calls the same."""
+    rows = []
+    for label, own in sources.measured("similarity")["sets"].items():
+        differences = [f"{d['difference']:+.1%} ± {d['standard_error']:.1%}" for d in own["in_use"].values()]
+        rows.append([label, "every bit" if own["exact"] else "NO", *differences])
+    head = ["friction", "all doubled: equal", "density", "equivalent angle", "rate"]
+    return table(head, rows)
+
+
+def runs_block(sources: Sources) -> str:
+    """Runs that each method needs."""
+    rows = []
+    for parameters, methods in sources.measured("runs_needed")["parameters"].items():
+        for name, own in methods.items():
+            median = own["median_runs"]
+            cells = ["never" if median is None else f"{median:g}", f"{own['failures']} of {own['seeds']}"]
+            rows.append([parameters, name, *cells, f"{own['worst_relative_error_median']:.1%}"])
+    return table(["parameters", "method", "runs, median", "failures", "worst error, median"], rows)
+
+
+BLOCKS: dict[str, tuple[Callable[[Sources], str], str]] = {
+    "scale": (scale_block, "python -m benchmarks.hourglass_scale"),
+    "targets": (targets_block, "make paper"),
+    "database": (database_block, "make paper"),
+    "table 6": (table6_block, "make paper"),
+    "table 7": (table7_block, "make paper"),
+    "tables 8 and 9": (table89_block, "make paper"),
+    "table 8 at full scale": (table8_full_block, "python benchmarks/ledge_full_scale.py"),
+    "sensitivity": (sensitivity_block, "make paper"),
+    "coverage": (coverage_block, "python -m benchmarks.coverage"),
+    "interpolation": (interpolation_block, "make paper"),
+    "similarity": (similarity_block, "python -m benchmarks.similarity"),
+    "runs needed": (runs_block, "python -m benchmarks.runs_needed"),
+}
+
+
+def filled(page: str, sources: Sources) -> str:
+    """The page with every marked block made anew; ValueError names a block that does not exist."""
+
+    def block(match: re.Match[str]) -> str:
+        name = match[1]
+        make, command = BLOCKS[name]
+        try:
+            body = make(sources)
+        except (FileNotFoundError, KeyError) as error:
+            body = f"*Not measured yet ({error}): run `{command}`.*"
+        return f"<!-- {name} -->\n{body}\n<!-- end -->"
+
+    names = re.findall(r"<!-- (?!end)(.*?) -->", page)
+    if set(names) != set(BLOCKS):
+        raise ValueError(f"blocks of the page and of this script differ: {set(names) ^ set(BLOCKS)}")
+    return re.sub(r"<!-- (?!end)(.*?) -->\n.*?<!-- end -->", block, page, flags=re.DOTALL)
+
+
+def main() -> None:
+    """Fill the page, copy the figures, and keep the numbers."""
+    sources = Sources()
+    page = filled(PAGE.read_text(), sources)
+    PAGE.write_text(page)
+    PICTURES.mkdir(exist_ok=True)
+    for name in COPIED:
+        shutil.copy(sources.space.path / "figures" / f"{name}.png", PICTURES / f"paper_{name}.png")
+    print(f"{PAGE.relative_to(REPO)}: {len(BLOCKS)} blocks, {page.count('Not measured yet')} not measured yet")
+
+
+if __name__ == "__main__":
+    main()

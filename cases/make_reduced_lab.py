@@ -1,0 +1,89 @@
+"""Targets of the reduced quartz case from the measurements of the reference paper: writes quartz_sand_reduced_lab.csv.
+
+    python -m cases.make_reduced_lab
+
+The measurements belong to a cylinder of 32 mm with a neck of 5 mm. What they would be in the reduced hourglass is taken from
+YADE runs of both at the same frictions (python -m benchmarks.hourglass_scale, grid/hourglass_scale.csv):
+
+- density: times the ratio of the densities, reduced over full, mean of the sets of frictions;
+- angle: the straight line through the sets that turns the slope fitted in the wide cylinder, which is what the paper measures,
+  into the equivalent angle of the reduced one;
+- rate: the paper gives the time of the whole discharge. The mass behind it is that above the crater of the measured angle, the
+  steady rate is as much larger than the mean one as in the wide cylinder's run, and the ratio of rates, reduced with its own
+  neck over full, and of the two necks, carries it over.
+"""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.hourglass_scale import SETS, finished
+from calibrator.case import read_case
+from calibrator.records import Record
+
+HERE = Path(__file__).resolve().parent
+LAB = HERE / "quartz_sand_reduced_lab.csv"
+HEAD = """# from the measurements on quartz sand in the reference paper (Tables 3, 8 and 9), carried over to the reduced hourglass
+# python -m cases.make_reduced_lab
+setup,response,value,scatter,replicates,unit,role
+"""
+
+
+def mean(records: list[Record], response: str) -> float:
+    """Mean response of the runs that have it; nan where none has."""
+    values = [r.responses[response] for r in records if response in r.responses]
+    return float(np.mean(values)) if values else float("nan")
+
+
+def ratio(response: str, over: str, under: str) -> float:
+    """Mean over the sets of the ratio of a response at two scales."""
+    return float(np.nanmean([mean(finished(s, over), response) / mean(finished(s, under), response) for s in SETS]))
+
+
+def angle(measured: float) -> float:
+    """Equivalent angle [deg] in the reduced hourglass for a slope measured in the wide one."""
+    pairs = [
+        (mean(finished(s, "full"), "drained_angle_of_repose_deg"), mean(finished(s, "reduced"), "drained_equivalent_angle_deg"))
+        for s in SETS
+    ]
+    wide, reduced = np.array([p for p in pairs if np.isfinite(p).all()]).T
+    return float(np.polyval(np.polyfit(wide, reduced, 1), measured))
+
+
+def crater_volume(angle_deg: float, cylinder: float, neck: float) -> float:
+    """Volume [m3] left below a cone-shaped crater; cylinder and neck are diameters [m] (measure.crater_angle_from_volume)."""
+    outer, inner = cylinder / 2, neck / 2
+    return float(2 * np.pi * np.tan(np.radians(angle_deg)) * ((outer**3 - inner**3) / 3 - inner * (outer**2 - inner**2) / 2))
+
+
+def steady_rate(measured: dict[str, float]) -> float:
+    """Steady rate [kg/s] of the measured discharge, through the paper's neck."""
+    paper = read_case(HERE / "quartz_sand_full.toml").problem.setups["hourglass"]
+    shape = float(paper["cylinder_diameter"]), float(paper["neck_diameter"])
+    left = measured["bulk_density"] * crater_volume(measured["drained_angle_of_repose_deg"], *shape)
+    runs = [r for s in SETS for r in finished(s, "full") if r.status == "ok"]
+    passed = [float(r.request.parameters["fill_mass"]) - r.responses["residual_mass"] for r in runs]
+    steadier = np.mean(
+        [r.responses["mass_flow_rate"] * r.responses["discharge_time"] / m for r, m in zip(runs, passed, strict=True)]
+    )
+    return float(steadier * (float(paper["fill_mass"]) - left) / measured["discharge_time"])
+
+
+def main() -> None:
+    """Write the lab file."""
+    paper = tomllib.loads((HERE / "reference_paper.toml").read_text())["measured"]
+    rate = steady_rate(paper) * ratio("mass_flow_rate", "reduced", "full") * ratio("mass_flow_rate", "reduced", "narrow")
+    rows = [
+        ("hourglass", "bulk_density", paper["bulk_density"] * ratio("bulk_density", "reduced", "full"), "kg/m3", "calibrate"),
+        ("hourglass", "drained_equivalent_angle_deg", angle(paper["drained_angle_of_repose_deg"]), "deg", "calibrate"),
+        ("hourglass", "mass_flow_rate", rate, "kg/s", "calibrate"),
+        ("ledge", "ledge_angle_of_repose_deg", paper["ledge_angle_of_repose_deg"], "deg", "held_out"),
+        ("conical_pile", "pile_angle_of_repose_deg", paper["pile_angle_of_repose_deg"], "deg", "held_out"),
+    ]
+    LAB.write_text(HEAD + "".join(f"{s},{r},{value:.5g},,1,{unit},{role}\n" for s, r, value, unit, role in rows))
+    print(LAB.read_text(), end="")
+
+
+if __name__ == "__main__":
+    main()
