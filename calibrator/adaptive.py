@@ -32,12 +32,15 @@ class Settings:
     """How an adaptive design goes about it.
 
     replicates : runs that confirm a recommended set; budget : runs in all; confidence : probability of passing from which a
-    set is worth confirming; patience : runs around the least bad set before targets are said to be out of reach.
+    set is worth confirming; assurance : probability, all runs considered, that the mean of infinitely many runs would pass too,
+    without which runs that pass confirm nothing; patience : runs around the least bad set before targets are said to be out of
+    reach.
     """
 
     replicates: int = 3
     budget: int = 100
     confidence: float = 0.5
+    assurance: float = 0.95
     patience: int = 4
 
 
@@ -84,7 +87,8 @@ def propose(
     none = np.empty((0, len(problem.names)))
     for best in np.unique(points, axis=0):
         latest = values[(points == best).all(axis=1)][-settings.replicates :]
-        if len(latest) == settings.replicates and is_met(problem.targets, latest, interpolant.noise):
+        passed = len(latest) == settings.replicates and is_met(problem.targets, latest, interpolant.noise)
+        if passed and assurance(problem, interpolant, best, settings.replicates) >= settings.assurance:
             return Proposal("confirmed", none, best, 1.0, f"{len(latest)} runs at the recommended set meet every target")
     best, chance = most_likely(problem, interpolant, settings.replicates, failed)
     best = _existing(problem, points, best)
@@ -119,9 +123,13 @@ def chances(targets: Sequence[Target], mean: np.ndarray, error: np.ndarray, nois
     mean, error : (k, t) prediction and its standard deviation; noise : (t,) of one run. The responses are taken as
     independent, and the weight of a target as one.
     """
-    spread = np.hypot(error, noise / math.sqrt(replicates))
-    band = bands(targets, noise, replicates)
+    return log_within(targets, mean, np.hypot(error, noise / math.sqrt(replicates)), bands(targets, noise, replicates))
+
+
+def log_within(targets: Sequence[Target], mean: np.ndarray, spread: np.ndarray, band: np.ndarray) -> np.ndarray:
+    """Logarithm (k,) of the probability that normal values of mean and spread (k, t) all lie within the bands (t,)."""
     offset = np.abs(mean - np.array([t.value for t in targets]))
+    spread = np.maximum(spread, 1e-300)
     # log(Phi(b) - Phi(a)) on the lower tail, where neither term rounds to one
     upper, lower = log_ndtr((band - offset) / spread), log_ndtr((-band - offset) / spread)
     return (upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-300)))).sum(axis=1)
@@ -130,6 +138,16 @@ def chances(targets: Sequence[Target], mean: np.ndarray, error: np.ndarray, nois
 def bands(targets: Sequence[Target], noise: np.ndarray, replicates: int) -> np.ndarray:
     """Half widths (t,): the tolerance, or two standard errors of the mean of so many runs where that is more."""
     return np.array([max(t.tolerance * abs(t.value), 2 * n / math.sqrt(replicates)) for t, n in zip(targets, noise, strict=True)])
+
+
+def assurance(problem: Problem, interpolant: Interpolant, point: np.ndarray, replicates: int) -> float:
+    """Probability that the noise-free responses at a set (d,) lie within the bands of the mean of so many runs.
+
+    Few runs pass by luck as well, all the more so where several sets had the chance; their neighbours on the processes did not.
+    """
+    mean, error = interpolant.predict_with_error(point[None])
+    band = bands(problem.targets, interpolant.noise, replicates)
+    return float(np.exp(log_within(problem.targets, mean, error, band)[0]))
 
 
 def is_met(targets: Sequence[Target], values: np.ndarray, noise: np.ndarray) -> bool:
