@@ -97,8 +97,10 @@ def propose(
     around = int((_distance(problem, points, best) <= AROUND).sum())
     short = shortfall(problem, interpolant)
     if short > FAR_SHORT or (short > SHORT and around >= settings.patience):
-        words = f"every set of the box stays {short:.1f} standard errors or more outside some target: they cannot be met together"
-        return Proposal("unreachable", none, best, chance, words)
+        best, words = least_bad(problem, interpolant, settings.replicates)
+        return Proposal(
+            "unreachable", none, best, chance, f"the targets cannot be met together, by {short:.1f} standard errors: {words}"
+        )
     if chance >= settings.confidence:
         repeated = np.repeat(best[None], settings.replicates, axis=0)
         return Proposal("confirm", repeated, best, chance, f"{len(repeated)} runs at a set that passes with {chance:.0%}")
@@ -189,6 +191,21 @@ def _near_any(problem: Problem, candidates: np.ndarray, failed: np.ndarray | Non
     for one in failed if failed is not None else ():
         near |= _distance(problem, candidates, one) <= 2 * NEAR
     return near
+
+
+def least_bad(problem: Problem, interpolant: Interpolant, replicates: int) -> tuple[np.ndarray, str]:
+    """The set (d,) whose worst target, in units of its band, is missed by least; and by how much it is missed."""
+    rng, values = np.random.default_rng(3), np.array([t.value for t in problem.targets])
+    band = bands(problem.targets, interpolant.noise, replicates)
+
+    def loss(candidates: np.ndarray) -> np.ndarray:
+        return (np.abs(interpolant.predict(candidates) - values) / band).max(axis=1)
+
+    sample = box_sample(problem.low, problem.high, SAMPLE, rng)
+    best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
+    off = interpolant.predict(best[None])[0] - values
+    worst = int(np.argmax(np.abs(off) / band))
+    return best, f"{problem.targets[worst].key} stays {off[worst] / values[worst]:+.1%} off at the least bad set"
 
 
 def shortfall(problem: Problem, interpolant: Interpolant) -> float:

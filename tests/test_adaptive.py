@@ -61,7 +61,9 @@ def test_a_reachable_target_is_confirmed_with_few_runs(seed):
 def test_targets_out_of_reach_are_said_to_be_so_long_before_the_budget():
     last, _, runs = designed(problem([1900.0, 35.0]), 1)
     assert last.kind == "unreachable" and runs < 30
-    assert "cannot be met" in last.sentence
+    assert "cannot be met" in last.sentence and "bulk_density stays -" in last.sentence
+    corner = respond(np.array([[0.1, 0.2], [0.5, 0.7]]))
+    assert corner[1, 0] < respond(last.recommended[None])[0, 0] < corner[0, 0]  # a bit of both targets, neither given up
 
 
 def test_the_budget_ends_a_design():
@@ -92,6 +94,19 @@ def test_the_chance_is_that_of_a_normal_mean_within_the_band():
     assert np.exp(chances([target], mean, error, noise, 3))[0] == pytest.approx(expected)
     far = chances([target], np.array([[1600.0 + d] for d in (500, 1000, 5000)]), np.ones((3, 1)), noise, 3)
     assert np.isfinite(far).all() and (np.diff(far) < 0).all()
+
+
+def test_runs_that_pass_by_luck_confirm_nothing_where_the_processes_know_better():
+    own = problem(respond(np.array([[0.17, 0.62]]))[0])
+    points = np.repeat(sobol(own, 12), 3, axis=0)
+    values = respond(points) + NOISE * np.random.default_rng(5).standard_normal((36, 2))
+    lucky = np.array([[0.26, 0.55]])
+    off = np.abs(respond(lucky) - respond(np.array([[0.17, 0.62]])))[0]
+    assert (off > bands(own.targets, NOISE, 3)).any()
+    points = np.vstack([points, np.repeat(lucky, 3, axis=0)])
+    values = np.vstack([values, np.repeat(respond(np.array([[0.17, 0.62]])), 3, axis=0)])
+    assert propose(own, points, values, Settings(assurance=0)).kind == "confirmed"
+    assert propose(own, points, values, Settings()).kind in ("confirm", "explore")
 
 
 def test_a_response_that_no_run_has_is_not_met():
