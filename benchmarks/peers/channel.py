@@ -52,5 +52,5 @@ def serve(calibrate):
             except Stopped:
                 stopped = True
             except Exception as problem:  # a peer that dies of its own is a finding
-                error = f"{type(problem).__name__}: {problem}"
+                error = f"{type(problem).__name__}: {problem}".splitlines()[0]
         channel.send({"end": True, "stopped": stopped, "error": error, "said": printed.getvalue()})
