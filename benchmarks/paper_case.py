@@ -31,6 +31,11 @@ CASE = REPO / "cases" / "quartz_sand_reduced.toml"
 GRID = REPO / "cases" / "quartz_sand_reduced_grid.toml"
 LETTERS = "ABCD"
 HELD = ("held_by_68", "held_by_95")
+COUNTERPARTS = {  # our target's response -> the paper's error and response
+    "bulk_density": ("density", "bulk_density"),
+    "drained_equivalent_angle_deg": ("angle", "drained_angle_of_repose_deg"),
+    "mass_flow_rate": ("time", "discharge_time"),
+}
 FOLDS = 8
 COPIED = ("front_evolution", "generational_distance", "sensitivity", "ridge", "profile_likelihood", "parity")
 
@@ -134,8 +139,8 @@ def table6_block(sources: Sources) -> str:
     for name in sources.case.problem.names:
         values = [paper[x]["parameters"][name] for x in LETTERS] + [c["parameters"][name] for c in ours.values()]
         rows.append([name.replace("_", " "), *(f"{v:.4g}" for v in values)])
-    wanted = zip(("density", "angle", "time"), sources.case.problem.targets, strict=True)
-    for short, target in wanted:
+    for target in sources.case.problem.targets:
+        short = COUNTERPARTS[target.response][0]
         own = [abs(c["predicted"][target.key]["mean"] / target.value - 1) for c in ours.values()]
         errors = [c["predicted"][target.key]["error"] / target.value for c in ours.values()]
         cells = [f"{paper[x]['predicted'][short]:.4f}" for x in LETTERS]
@@ -163,10 +168,10 @@ def cell(row: dict[str, Any] | None) -> str:
 def table7_block(sources: Sources) -> str:
     """Verified with fresh runs."""
     ours, paper = verified(sources, "verify"), sources.paper
-    names = ("bulk_density", "drained_angle_of_repose_deg", "discharge_time")
     head = ["", *(f"paper {x}" for x in LETTERS), *(f"ours {x}" for x in ours)]
     rows = []
-    for name, target in zip(names, sources.case.problem.targets, strict=True):
+    for target in sources.case.problem.targets:
+        name = COUNTERPARTS[target.response][1]
         measured = paper["measured"][name]
         printed = [paper["individual"][x]["verified"][name] for x in LETTERS]
         own = [{r["key"]: r for r in o["responses"]}.get(target.key) for o in ours.values()]
@@ -218,6 +223,8 @@ def cross_validated(sources: Sources) -> dict[str, dict[str, float]]:
     """
     problem, keys = sources.case.problem, [t.key for t in sources.case.problem.targets]
     grid_points, grid_values = response_table(problem, grid_records(), keys)
+    if not len(grid_points):
+        raise FileNotFoundError(f"no run of {GRID.name}")
     points, values = response_table(problem, database_records(sources.space), keys)
     stiffness = Coordinates(problem, collapsed=True).inward(points)[:, -1]
     covered = Coordinates(problem, collapsed=True).inward(grid_points)[:, -1]
@@ -322,7 +329,7 @@ def unreachable_block(sources: Sources) -> str:
         for name, own in methods.items():
             said = " ".join(own["said"].split()).replace("|", "/")
             flagged = f"{own['flagged']} of {own['seeds']}"
-            cells = [f"{own['median_runs']:g}", f"{own['worst_relative_error_median']:.1%}", said[-160:]]
+            cells = [f"{own['median_runs']:g}", f"{own['worst_relative_error_median']:.1%}", said[:160]]
             rows.append([parameters, name, flagged, *cells])
     return table(["parameters", "method", "says so", "runs", "worst error", "last words"], rows)
 
@@ -337,7 +344,7 @@ BLOCKS: dict[str, tuple[Callable[[Sources], str], str]] = {
     "table 8 at full scale": (table8_full_block, "python benchmarks/ledge_full_scale.py"),
     "sensitivity": (sensitivity_block, "make paper"),
     "coverage": (coverage_block, "python -m benchmarks.coverage"),
-    "interpolation": (interpolation_block, "make paper"),
+    "interpolation": (interpolation_block, "calibrator run cases/quartz_sand_reduced_grid.toml"),
     "similarity": (similarity_block, "python -m benchmarks.similarity"),
     "runs needed": (runs_block, "python -m benchmarks.runs_needed"),
     "out of reach": (unreachable_block, "python -m benchmarks.runs_needed"),
@@ -352,8 +359,8 @@ def filled(page: str, sources: Sources) -> str:
         make, command = BLOCKS[name]
         try:
             body = make(sources)
-        except (FileNotFoundError, KeyError) as error:
-            body = f"*Not measured yet ({error}): run `{command}`.*"
+        except (FileNotFoundError, KeyError):
+            body = f"*Not measured yet: run `{command}`.*"
         return f"<!-- {name} -->\n{body}\n<!-- end -->"
 
     names = re.findall(r"<!-- (?!end)(.*?) -->", page)
