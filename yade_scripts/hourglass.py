@@ -15,6 +15,7 @@ import numpy as np
 from yade import O
 
 import contract
+import effects
 import material
 import measure
 import packing
@@ -25,7 +26,7 @@ import walls
 
 def simulate(p, diagnostics):
     """One hourglass run; returns (status, responses, curves)."""
-    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, effects.true_neck(p) / 2
     check(p)
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
@@ -50,9 +51,10 @@ def simulate(p, diagnostics):
 
 def check(p):
     """Geometry that cannot work is an input error, not a crash."""
-    if p["neck_diameter"] >= p["cylinder_diameter"] - 2 * p["particle_radius"]:
+    neck = effects.true_neck(p)
+    if neck >= p["cylinder_diameter"] - 2 * p["particle_radius"]:
         raise contract.BadInput("neck_diameter must be smaller than cylinder_diameter by more than a grain diameter")
-    if p["neck_diameter"] <= 2 * p["particle_radius"]:
+    if neck <= 2 * p["particle_radius"]:
         raise contract.BadInput("neck_diameter is below a grain diameter: nothing can pass; widen the neck")
 
 

@@ -26,6 +26,7 @@ from yade import (
 from yade import config
 
 import contract
+import effects
 import material
 import stop
 
@@ -45,10 +46,11 @@ def main(setup, simulate):
 
     given = {name: getattr(table, name) for name in contract.parameters_of(setup)}
     started, diagnostics = time.time(), {}
-    record = dict(schema=contract.CONTRACT["schema"], setup=setup, run_id=_run_id(setup), parameters=given)
+    record = dict(schema=contract.CONTRACT["schema"], setup=setup, run_id=_run_id(setup), parameters=contract.echoed(given))
     curves = {}
     try:
-        p = record["parameters"] = contract.checked(setup, given)
+        p = contract.checked(setup, given)
+        record["parameters"] = contract.echoed(p)
         status, responses, curves = simulate(p, diagnostics)
         record.update(status=status, responses=responses, error=None)
     except contract.BadInput as error:
@@ -84,15 +86,18 @@ def scripts_hash():
 
 def engines(p):
     """YADE's loop: damping 0, Hertz-Mindlin with moments, and a collider margin in the flat part of its optimum."""
+    between_grains, at_walls = material.contact_functors(p)
+    integrator = NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY))
+    effects.start(p, between_grains, at_walls, integrator)
     return [
         ForceResetter(),
         InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()], verletDist=0.2 * p["particle_radius"]),
         InteractionLoop(
             [Ig2_Sphere_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom(hertzian=True), Ig2_Wall_Sphere_ScGeom(hertzian=True)],
-            material.contact_functors(p),
+            [between_grains, at_walls],
             [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True)],
         ),
-        NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY)),
+        integrator,
     ]
 
 
@@ -141,6 +146,8 @@ def add_grains(p, centres, grain, rng):
     random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
     for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3)), strict=True):
         O.bodies[i].state.vel = (velocity[0], velocity[1], velocity[2] - p["pouring_velocity"])
+    loop = list(O.engines)
+    O.engines = loop[:-1] + effects.engines(p, ids) + loop[-1:]
     return ids
 
 

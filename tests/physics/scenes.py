@@ -262,6 +262,84 @@ def spinning(kind, spin=10.0):
     return dict(before=spin, after=body.state.angVel[2])
 
 
+def pull_off(partner, bond_number=0.7):
+    """Force [N] of a contact at a small overlap without and with adhesion."""
+    forces = []
+    for bond in (0.0, bond_number):
+        p, grain, wall = scene(bond_number=bond)
+        r = p["particle_radius"]
+        if partner == "grain":
+            add_grain(p, -r, grain, fixed=True)
+        else:
+            add_floor(partner, wall)
+        body = add_grain(p, r * (1 - 1e-4), grain, fixed=True)
+        run(2 * O.dt)
+        forces.append(O.forces.f(body.id, True)[2])
+    return dict(weight=grain_weight(p), bond_number=bond_number, pull=forces[0] - forces[1])
+
+
+def hanging(bond_number, duration=0.1):
+    """A grain hangs below a fixed one that it touches: how far it fell [m] after a while."""
+    p, grain, wall = scene(bond_number=bond_number)
+    r = p["particle_radius"]
+    add_grain(p, 2 * r, grain, fixed=True)
+    body = add_grain(p, 1e-4 * r, grain)
+    run(duration)
+    return dict(fallen=-body.state.pos[2], contacts=len(contacts(body)))
+
+
+def falling(bed_viscosity, duration=0.4):
+    """A grain falls freely in a viscous gas, like one of a set-up: its final velocity [m/s]."""
+    p, grain, wall = scene(bed_viscosity=bed_viscosity)
+    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
+    body = O.bodies[i]
+    body.state.vel = (0, 0, 0)
+    run(duration)
+    return dict(weight=grain_weight(p), radius=p["particle_radius"], speed=-body.state.vel[2], kept=len(O.engines))
+
+
+def falling_askew(tilt_deg, duration=0.01):
+    """A grain falls freely in a tilted set-up: its mean acceleration [m/s2]."""
+    p, grain, wall = scene(tilt_deg=tilt_deg)
+    body = add_grain(p, 0, grain)
+    run(duration)
+    return dict(acceleration=[v / O.time for v in body.state.vel])
+
+
+def friction_at(partner, wall_friction_ratio):
+    """The friction coefficient that a contact holds."""
+    p, grain, wall = scene(sliding_friction=0.45, wall_friction_ratio=wall_friction_ratio)
+    r = p["particle_radius"]
+    if partner == "grain":
+        add_grain(p, -r, grain, fixed=True)
+    else:
+        add_floor(partner, wall)
+    body = add_grain(p, r * (1 - 1e-3), grain, fixed=True)
+    run(2 * O.dt)
+    (contact,) = contacts(body)
+    return dict(friction=contact.phys.tangensOfFrictionAngle)
+
+
+def twisted_contact(partner, twisting_stiffness=0.5, spin=10.0):
+    """A grain pressed against its partner turns about the normal: moment over angle [N m/rad]."""
+    p, grain, wall = scene(twisting_stiffness=twisting_stiffness)
+    r = p["particle_radius"]
+    if partner == "grain":
+        add_grain(p, -r, grain, fixed=True)
+    else:
+        add_floor(partner, wall)
+    body = add_grain(p, r * (1 - 1e-3), grain, spin=(0, 0, spin), fixed=True)
+    curve = []
+
+    def look():
+        curve.append((O.time, O.forces.t(body.id, True)[2]))
+
+    run(20 * O.dt, look)
+    t, torque = np.array(curve).T
+    expected = twisting_stiffness * material.stiff_rolling_spring(p, effective_radius(p, partner))
+    return dict(stiffness=-np.polyfit(spin * t, torque, 1)[0], expected=expected)
+
+
 def settled_layer(count=200, diameter=0.03):
     """Grains poured into a wide cylinder until they are at rest: mean energies [J] at that moment and 0.1 s later.
 
@@ -307,6 +385,13 @@ def experiments():
     for kind in ("facet", "wall", "edge", "oblique edge"):
         yield from ((rolling, (kind, mu_r)) for mu_r in (0.1, 0.3))
     yield bent_contact, ("grain", 0.2, 1.5)
+    for partner in ("grain", "facet", "wall"):
+        yield pull_off, (partner,)
+        yield twisted_contact, (partner,)
+        yield from ((friction_at, (partner, ratio)) for ratio in (0.5, 2.0))
+    yield from ((hanging, (bond,)) for bond in (0.9, 1.1))
+    yield falling, (0.01,)
+    yield falling_askew, (5.0,)
     yield settled_layer, ()
 
 

@@ -182,3 +182,46 @@ def test_layer_at_rest_by_translational_energy_still_spins(measured):
         assert energy["translational"] < m["threshold"]
         assert energy["translational"] + energy["rotational"] > 10 * m["threshold"]
     assert m["later"]["rotational"] == pytest.approx(m["at_rest"]["rotational"], rel=0.1)
+
+
+# Effects that are off by default (yade_scripts/effects.py)
+
+
+@pytest.mark.parametrize("partner", PARTNERS)
+def test_adhesion_pulls_with_the_bond_number_times_the_weight_of_a_grain(measured, partner):
+    """DMT: 4 pi R_eff gamma at any overlap, so twice as much at a floor, where R_eff is twice that of two grains."""
+    m = measured("pull_off", partner)
+    expected = m["bond_number"] * m["weight"] * (1 if partner == "grain" else 2)
+    assert m["pull"] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_grain_hangs_from_another_above_a_bond_number_of_one_and_falls_below(measured):
+    light, strong = measured("hanging", 0.9), measured("hanging", 1.1)
+    assert strong["contacts"] == 1 and abs(strong["fallen"]) < 1e-5
+    assert light["contacts"] == 0 and light["fallen"] > 0.01
+
+
+def test_a_grain_in_a_viscous_bed_falls_with_the_velocity_of_stokes(measured):
+    """v = m g/(6 pi eta r); the relaxation time is short against the fall."""
+    m = measured("falling", 0.01)
+    assert m["speed"] == pytest.approx(m["weight"] / (6 * math.pi * 0.01 * m["radius"]), rel=0.01)
+
+
+def test_tilt_turns_gravity_towards_x(measured):
+    x, y, z = measured("falling_askew", 5.0)["acceleration"]
+    angle = math.radians(5.0)
+    assert (x, z) == pytest.approx((9.81 * math.sin(angle), -9.81 * math.cos(angle)), rel=1e-6) and y == 0
+
+
+@pytest.mark.parametrize("ratio", [0.5, 2.0])
+def test_wall_friction_is_the_requested_share_of_that_between_grains(measured, ratio):
+    """Also above one, where YADE by itself would take the smaller friction of the two materials."""
+    assert measured("friction_at", "grain", ratio)["friction"] == pytest.approx(0.45, rel=1e-9)
+    for floor in FLOORS:
+        assert measured("friction_at", floor, ratio)["friction"] == pytest.approx(0.45 * ratio, rel=1e-9)
+
+
+@pytest.mark.parametrize("partner", PARTNERS)
+def test_twisting_moment_rises_with_the_angle_by_its_share_of_the_rolling_stiffness(measured, partner):
+    m = measured("twisted_contact", partner)
+    assert m["stiffness"] == pytest.approx(m["expected"], rel=0.02)
