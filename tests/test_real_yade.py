@@ -180,7 +180,7 @@ def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_co
 def affected(tmp_path_factory):
     """{effect: record of the small hourglass with it}, and of the one without under None."""
     sizes = {"bond_number": 0.5, "bed_viscosity": 0.02, "wall_friction_ratio": 0.1, "neck_error": 2e-3, "tilt_deg": 8.0}
-    sizes["twisting_stiffness"] = 1.0
+    sizes |= {"twisting_stiffness": 1.0, "size_spread": 0.25}
     asked = {name: Request.of("hourglass", **SMALL["hourglass"], **{name: value}) for name, value in sizes.items()}
     asked[None] = Request.of("hourglass", **SMALL["hourglass"])
     done = {r.run_id: r for r in run(RunFolder(tmp_path_factory.mktemp("affected")), list(asked.values()))}

@@ -6,7 +6,7 @@ its default, so a run with every effect off is the same, bit for bit, as one of 
 
 `@at_start` effects get the parameters and the scene's contact functors and integrator before there are grains; `@on_grains`
 effects get the parameters and the ids of the grains, and return engines that go into the loop before the integrator.
-The orifice error needs no function of its own: the hourglass asks for `true_neck`.
+Two effects reach deeper: the hourglass asks for `true_neck`, and grains get their radii from `material.size_classes`.
 """
 
 import math
@@ -82,6 +82,20 @@ def twisting(p, between_grains, at_walls, integrator):
 def air_drag(p, ids):
     """Stokes drag 6 pi eta r v; the viscosity is an effective one, see the contract."""
     return [LinearDragEngine(nu=p["bed_viscosity"], ids=list(ids))]
+
+
+@at_start("size_spread")
+def rolling_of_several_sizes(p, between_grains, at_walls, integrator):
+    """Rolling cap and stiffness that are right in the mean over all pairs of sizes; those at walls are exact for each.
+
+    YADE has one eta and one krot per functor. With eta = mu_r/2 the caps would all be too high, by ((R1 - R2)/(R1 + R2))^2;
+    with the mean the error of a pair is within 13 % at a spread of 0.25.
+    """
+    radii = material.size_classes(p)
+    pairs = [(a, b) for a in radii for b in radii]
+    between_grains.eta = sum(material.grain_eta(p["rolling_friction"], a, b) for a, b in pairs) / len(pairs)
+    between_grains.krot = sum(material.rolling_stiffness(p, a * b / (a + b)) for a, b in pairs) / len(pairs)
+    at_walls.krot = sum(material.rolling_stiffness(p, r) for r in radii) / len(radii)
 
 
 def true_neck(p):

@@ -32,12 +32,29 @@ WALL_RADIUS_RATIO = 1e8
 ROLLING_STIFFNESS_FACTOR = 4.0
 LARGEST_STEP_SHARE = 0.28
 FILLING_ENERGY_RATIO = 5e-4  # kinetic energy over m g d: grains that still rock, in a heap that no longer moves
+SIZE_CLASSES = 7
 TOKEN_ADHESION = 1e-9  # pull-off force over grain weight: far too small to matter, it only selects YADE's branch
 
 
 def grain_mass(p):
     """Mass of one grain [kg]."""
     return 4 / 3 * math.pi * p["particle_radius"] ** 3 * p["particle_density"]
+
+
+def size_classes(p):
+    """Radii [m] of the equally frequent sizes of grains: one, or SIZE_CLASSES in equal steps whose coefficient of variation
+    is size_spread exactly."""
+    spread = p["size_spread"]
+    if spread == 0:
+        return [p["particle_radius"]]
+    steps = [i - (SIZE_CLASSES - 1) / 2 for i in range(SIZE_CLASSES)]
+    deviation = math.sqrt(sum(s * s for s in steps) / SIZE_CLASSES)
+    return [p["particle_radius"] * (1 + spread * s / deviation) for s in steps]
+
+
+def mean_grain_mass(p):
+    """Mean mass of the grains [kg]: the mean of (1 + cv z)^3 over sizes z symmetric about 0 with variance 1 is 1 + 3 cv^2."""
+    return grain_mass(p) * (1 + 3 * p["size_spread"] ** 2)
 
 
 def rayleigh_time(p):
@@ -54,6 +71,7 @@ def time_step(p):
     first: single grains between two others rock and never come to rest. It goes with the period of a grain on
     the springs of its resting contacts, sqrt(I/krot), and was found by trial (benchmarks/step_limit.py).
     """
+    p = dict(p, particle_radius=min(size_classes(p)))  # the smallest grains are the fastest
     inertia = 0.4 * grain_mass(p) * p["particle_radius"] ** 2
     largest = LARGEST_STEP_SHARE * math.sqrt(inertia / stiff_rolling_spring(p, p["particle_radius"] / 2))
     return p["time_step"] or min(p["rayleigh_fraction"] * rayleigh_time(p), largest)

@@ -30,6 +30,8 @@ import effects
 import material
 import stop
 
+_sizes = {}  # {id: (radius [m], mass [kg])} of grains of several sizes; empty where all are alike
+
 NOMINAL_FRACTION = 0.57
 
 
@@ -123,6 +125,7 @@ def states_of(ids):
 def start(p):
     """Set step and engines; returns the grain and wall materials, added to the scene."""
     silence_log()
+    _sizes.clear()
     O.dt = material.time_step(p)
     O.engines = engines(p)
     grain, wall = material.materials(p)
@@ -133,7 +136,7 @@ def start(p):
 
 def grains_for_volume(p, volume):
     """Number of grains that fill a volume [m3] at the nominal packing fraction."""
-    return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / material.grain_mass(p))))
+    return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / material.mean_grain_mass(p))))
 
 
 def add_grains(p, centres, grain, rng):
@@ -142,7 +145,12 @@ def add_grains(p, centres, grain, rng):
     The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice; without it the
     filled density scatters more from seed to seed.
     """
-    ids = O.bodies.append([utils.sphere(tuple(c), p["particle_radius"], material=grain) for c in centres])
+    radii, sizes = material.size_classes(p), [0] * len(centres)
+    if len(radii) > 1:
+        sizes = rng.permutation(len(centres)) % len(radii)
+    ids = O.bodies.append([utils.sphere(tuple(c), radii[s], material=grain) for c, s in zip(centres, sizes, strict=True)])
+    if len(radii) > 1:
+        _sizes.update({i: (radii[s], O.bodies[i].state.mass) for i, s in zip(ids, sizes, strict=True)})
     random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
     for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3)), strict=True):
         O.bodies[i].state.vel = (velocity[0], velocity[1], velocity[2] - p["pouring_velocity"])
@@ -160,11 +168,11 @@ def pouring_rate(p, centres):
 
 def fill(p, ids, diagnostics):
     """Let the cloud fall and settle."""
-    mass, begin, states, energy = material.grain_mass(p), O.time, states_of(ids), material.filling_energy(p)
+    begin, states, energy = O.time, states_of(ids), material.filling_energy(p)
     not_before = begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2
 
     def settled():
-        return O.time > not_before and stop.mean_kinetic_energy(states, mass) < energy
+        return O.time > not_before and kinetic_energy(p, states) < energy
 
     clock = time.process_time()
     stop.run_until(settled, p["sampling_interval"] * 5, p["longest_time"], "filling")
@@ -185,7 +193,7 @@ def finish(p, ids, diagnostics, released, clock, reason):
         steps=O.iter,
         release_time=O.time - released,
         stop_reason=reason,
-        kinetic_energy=stop.mean_kinetic_energy(states, mass),
+        kinetic_energy=kinetic_energy(p, states),
         rotational_energy=stop.mean_rotational_energy(states, mass, p["particle_radius"]),
         release_cpu=time.process_time() - clock,
     )
@@ -203,6 +211,28 @@ def retire(ids, shift):
         body.groupMask = 0
         body.dynamic = False
         body.state.vel = body.state.angVel = (0, 0, 0)
+
+
+def total_mass(p, ids):
+    """Mass of grains [kg], also of those that have been erased."""
+    return sum(_sizes[i][1] for i in ids) if _sizes else len(ids) * material.grain_mass(p)
+
+
+def share(p, part, whole):
+    """Mass of some grains over that of others."""
+    return total_mass(p, part) / total_mass(p, whole) if _sizes else len(part) / len(whole)
+
+
+def radii(p, ids):
+    """Radius [m] of grains: one number where all have the same, else (n,)."""
+    import numpy as np
+
+    return np.array([_sizes[i][0] for i in ids]) if _sizes else p["particle_radius"]
+
+
+def kinetic_energy(p, states):
+    """Mean translational kinetic energy of grains [J]."""
+    return stop.mean_kinetic_energy(states, None if _sizes else material.grain_mass(p))
 
 
 def positions(ids):

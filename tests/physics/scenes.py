@@ -340,6 +340,31 @@ def twisted_contact(partner, twisting_stiffness=0.5, spin=10.0):
     return dict(stiffness=-np.polyfit(spin * t, torque, 1)[0], expected=expected)
 
 
+def sized_caps(size_spread=0.25, rolling_friction=0.2):
+    """Rolling cap of every pair of sizes under a unit force, as YADE computes it, and as the law asks for [m]."""
+    p, _, _ = scene(size_spread=size_spread, rolling_friction=rolling_friction)
+    radii, eta = material.size_classes(p), engine(InteractionLoop).physDispatcher.functors[0].eta
+    pairs = [(a, b) for a in radii for b in radii]
+    return dict(given=[eta * (a + b) / 2 for a, b in pairs], wanted=[rolling_friction * a * b / (a + b) for a, b in pairs])
+
+
+def sizes(size_spread, count=7000):
+    """Moments of the radii of grains as they are created: mean [m], coefficient of variation, and mean mass [kg]."""
+    p, grain, wall = scene(size_spread=size_spread)
+    centres = 0.01 * np.array([(i % 20, i // 20 % 20, i // 400) for i in range(count)], float)
+    ids = session.add_grains(p, centres, grain, np.random.default_rng(1))
+    radii = np.array([O.bodies[i].shape.radius for i in ids])
+    return dict(
+        nominal=p["particle_radius"],
+        mean=radii.mean(),
+        spread=radii.std() / radii.mean(),
+        mean_mass=session.total_mass(p, ids) / count,
+        expected_mass=material.mean_grain_mass(p),
+        time_step=O.dt,
+        smallest=radii.min(),
+    )
+
+
 def settled_layer(count=200, diameter=0.03):
     """Grains poured into a wide cylinder until they are at rest: mean energies [J] at that moment and 0.1 s later.
 
@@ -392,6 +417,8 @@ def experiments():
     yield from ((hanging, (bond,)) for bond in (0.9, 1.1))
     yield falling, (0.01,)
     yield falling_askew, (5.0,)
+    yield sized_caps, ()
+    yield sizes, (0.25,)
     yield settled_layer, ()
 
 

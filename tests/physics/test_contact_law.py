@@ -225,3 +225,19 @@ def test_wall_friction_is_the_requested_share_of_that_between_grains(measured, r
 def test_twisting_moment_rises_with_the_angle_by_its_share_of_the_rolling_stiffness(measured, partner):
     m = measured("twisted_contact", partner)
     assert m["stiffness"] == pytest.approx(m["expected"], rel=0.02)
+
+
+def test_the_rolling_cap_of_several_sizes_is_right_in_the_mean_and_within_13_percent_for_each_pair(measured):
+    """mu_r R1 R2/(R1 + R2) against the one eta that YADE has for all pairs."""
+    m = measured("sized_caps")
+    ratios = [given / wanted for given, wanted in zip(m["given"], m["wanted"], strict=True)]
+    assert sum(m["given"]) == pytest.approx(sum(m["wanted"]), rel=0.02)
+    assert 0.87 < min(ratios) and max(ratios) < 1.13
+
+
+def test_grains_of_several_sizes_have_the_requested_moments(measured):
+    """Mean radius as given, its coefficient of variation, and the mean mass 1 + 3 cv^2 that goes with them."""
+    m = measured("sizes", 0.25)
+    assert m["mean"] == pytest.approx(m["nominal"], rel=1e-9)
+    assert m["spread"] == pytest.approx(0.25, rel=1e-9)
+    assert m["mean_mass"] == pytest.approx(m["expected_mass"], rel=1e-6)
