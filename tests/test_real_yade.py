@@ -180,7 +180,7 @@ def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_co
 def affected(tmp_path_factory):
     """{effect: record of the small hourglass with it}, and of the one without under None."""
     sizes = {"bond_number": 0.5, "bed_viscosity": 0.02, "wall_friction_ratio": 0.1, "neck_error": 2e-3, "tilt_deg": 8.0}
-    sizes |= {"twisting_stiffness": 1.0, "size_spread": 0.25}
+    sizes |= {"twisting_stiffness": 1.0, "size_spread": 0.25, "clump_aspect": 1.3}
     asked = {name: Request.of("hourglass", **SMALL["hourglass"], **{name: value}) for name, value in sizes.items()}
     asked[None] = Request.of("hourglass", **SMALL["hourglass"])
     done = {r.run_id: r for r in run(RunFolder(tmp_path_factory.mktemp("affected")), list(asked.values()))}
@@ -202,3 +202,12 @@ def test_effects_do_to_the_hourglass_what_physics_says(affected):
     assert change("bed_viscosity", "emptying_time") > 0.2
     assert change("neck_error", "residual_fraction") < -0.05
     assert change("wall_friction_ratio", "residual_fraction") < -0.05  # they slide off a smooth floor
+
+
+def test_grains_of_other_shapes_and_sizes_come_to_rest_in_ledge_and_pile_too(tmp_path):
+    """With drag, whose engine has to know the spheres of a clump."""
+    kinds = ({"clump_aspect": 1.4}, {"size_spread": 0.2})
+    asked = [Request.of(s, **SMALL[s], **kind, bed_viscosity=1e-3) for s in ("ledge", "conical_pile") for kind in kinds]
+    for record in run(RunFolder(tmp_path), asked):
+        assert (record.status, record.error) == ("ok", "")
+        assert 1350 < record.responses["bulk_density"] < 1800

@@ -28,7 +28,7 @@ def simulate(p, diagnostics):
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
-    centres = packing.cloud_in_cylinder(p, count, max(material.size_classes(p)), rng)
+    centres = packing.cloud_in_cylinder(p, count, material.largest_reach(p), rng)
     O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
     # The wall of the cylinder starts a hair above the base plane, so that the two never share a contact.
     tube = O.bodies.append(walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 10 * radius, wall))

@@ -5,12 +5,14 @@ would remove it in the laboratory, what it is easily mistaken for). The function
 its default, so a run with every effect off is the same, bit for bit, as one of scripts that have never heard of it.
 
 `@at_start` effects get the parameters and the scene's contact functors and integrator before there are grains; `@on_grains`
-effects get the parameters and the ids of the grains, and return engines that go into the loop before the integrator.
-Two effects reach deeper: the hourglass asks for `true_neck`, and grains get their radii from `material.size_classes`.
+effects get the parameters and the ids of the grains' spheres, and return engines that go into the loop before the integrator.
+Two effects reach deeper: the hourglass asks for `true_neck`, and grains get their radii from `material.size_classes` or their
+two spheres from `two_spheres`.
 """
 
 import math
 
+import numpy as np
 from yade import LinearDragEngine
 
 import contract
@@ -80,8 +82,9 @@ def twisting(p, between_grains, at_walls, integrator):
 
 @on_grains("bed_viscosity")
 def air_drag(p, ids):
-    """Stokes drag 6 pi eta r v; the viscosity is an effective one, see the contract."""
-    return [LinearDragEngine(nu=p["bed_viscosity"], ids=list(ids))]
+    """Stokes drag 6 pi eta r v; the viscosity is an effective one, see the contract. Both spheres of a clump share it."""
+    share = p["particle_radius"] / (2 * material.clump_radius(p)) if is_on(p, "clump_aspect") else 1
+    return [LinearDragEngine(nu=p["bed_viscosity"] * share, ids=list(ids))]
 
 
 @at_start("size_spread")
@@ -96,6 +99,35 @@ def rolling_of_several_sizes(p, between_grains, at_walls, integrator):
     between_grains.eta = sum(material.grain_eta(p["rolling_friction"], a, b) for a, b in pairs) / len(pairs)
     between_grains.krot = sum(material.rolling_stiffness(p, a * b / (a + b)) for a, b in pairs) / len(pairs)
     at_walls.krot = sum(material.rolling_stiffness(p, r) for r in radii) / len(radii)
+
+
+@at_start("clump_aspect")
+def contacts_of_clumps(p, between_grains, at_walls, integrator):
+    """Rolling stiffness of the clumps' spheres, which are smaller than the grain; the caps need no change."""
+    radius = material.clump_radius(p)
+    between_grains.krot, at_walls.krot = material.rolling_stiffness(p, radius / 2), material.rolling_stiffness(p, radius)
+
+
+def two_spheres(p, centres, rng):
+    """Centres (n, 2, 3) [m] of the spheres of clumps at centres (n, 3), turned at random."""
+    axes = rng.normal(size=centres.shape)
+    axes *= material.clump_radius(p) * (p["clump_aspect"] - 1) / np.linalg.norm(axes, axis=1)[:, None]
+    return np.stack([centres - axes, centres + axes], axis=1)
+
+
+def weigh_clump(p, clump, members):
+    """Give a clump the mass and inertia of the union of its spheres, which YADE would estimate on a raster.
+
+    The spheres get the clump's mass as well: YADE takes the damping of a contact from the mass of the sphere that touches, and
+    moves the clump alone.
+    """
+    mass, (along, across) = material.grain_mass(p), material.clump_inertia(p)
+    estimated = list(clump.state.inertia)
+    axis = estimated.index(min(estimated))
+    clump.state.mass = mass
+    clump.state.inertia = [along if i == axis else across for i in range(3)]
+    for member in members:
+        member.state.mass = mass
 
 
 def true_neck(p):

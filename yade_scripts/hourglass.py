@@ -31,7 +31,7 @@ def simulate(p, diagnostics):
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
     count = max(1, int(round(p["fill_mass"] / material.mean_grain_mass(p))))
-    centres = packing.cloud_in_cylinder(p, count, max(material.size_classes(p)), rng)
+    centres = packing.cloud_in_cylinder(p, count, material.largest_reach(p), rng)
     O.bodies.append(walls.cylinder(cylinder, -2 * radius, centres[:, 2].max() + 10 * radius, wall))
     O.bodies.append(walls.annulus(neck, cylinder, wall))
     plug = O.bodies.append(walls.disk(neck, wall))
@@ -73,7 +73,7 @@ def discharge(p, ids, diagnostics):
         gone = gone + [i for i in inside if height[i] < 0]
         inside = [i for i in inside if height[i] >= 0]
         for i in [i for i in below if height[i] < -4 * radius]:
-            O.bodies.erase(i)
+            session.erase(i)
             below.remove(i)
         times.append(O.time - released)
         passed.append(session.total_mass(p, gone))

@@ -33,7 +33,7 @@ def simulate(p, diagnostics):
     count = session.grains_for_volume(p, length * width * p["fill_height"])
     centres = packing.cloud(
         count,
-        max(material.size_classes(p)),
+        material.largest_reach(p),
         p["cloud_fraction"],
         lambda x, y, margin: (np.abs(x) < length / 2 - margin) & (np.abs(y) < width / 2 - margin),
         length / 2,

@@ -30,6 +30,7 @@ import effects
 import material
 import stop
 
+_members = {}  # {id of a clump: ids of its spheres}; empty where grains are spheres
 _sizes = {}  # {id: (radius [m], mass [kg])} of grains of several sizes; empty where all are alike
 
 NOMINAL_FRACTION = 0.57
@@ -126,6 +127,7 @@ def start(p):
     """Set step and engines; returns the grain and wall materials, added to the scene."""
     silence_log()
     _sizes.clear()
+    _members.clear()
     O.dt = material.time_step(p)
     O.engines = engines(p)
     grain, wall = material.materials(p)
@@ -145,17 +147,40 @@ def add_grains(p, centres, grain, rng):
     The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice; without it the
     filled density scatters more from seed to seed.
     """
+    if effects.is_on(p, "clump_aspect"):
+        return _launched(p, _add_clumps(p, centres, grain, rng), rng)
     radii, sizes = material.size_classes(p), [0] * len(centres)
     if len(radii) > 1:
         sizes = rng.permutation(len(centres)) % len(radii)
     ids = O.bodies.append([utils.sphere(tuple(c), radii[s], material=grain) for c, s in zip(centres, sizes, strict=True)])
     if len(radii) > 1:
         _sizes.update({i: (radii[s], O.bodies[i].state.mass) for i, s in zip(ids, sizes, strict=True)})
+    return _launched(p, ids, rng)
+
+
+def _add_clumps(p, centres, grain, rng):
+    """Clumps of two spheres; returns the ids of the clumps and remembers their spheres."""
+    radius, ids = material.clump_radius(p), []
+    for pair in effects.two_spheres(p, centres, rng):
+        clump, members = O.bodies.appendClumped([utils.sphere(tuple(c), radius, material=grain) for c in pair], discretization=10)
+        effects.weigh_clump(p, O.bodies[clump], [O.bodies[i] for i in members])
+        _members[clump] = members
+        ids.append(clump)
+    return ids
+
+
+def _spheres(ids):
+    """Ids of the spheres that grains consist of."""
+    return [m for i in ids for m in _members.get(i, (i,))]
+
+
+def _launched(p, ids, rng):
+    """Give grains their velocities and the effects that act on them; returns the ids."""
     random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
     for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3)), strict=True):
         O.bodies[i].state.vel = (velocity[0], velocity[1], velocity[2] - p["pouring_velocity"])
     loop = list(O.engines)
-    O.engines = loop[:-1] + effects.engines(p, ids) + loop[-1:]
+    O.engines = loop[:-1] + effects.engines(p, _spheres(ids)) + loop[-1:]
     return ids
 
 
@@ -199,6 +224,11 @@ def finish(p, ids, diagnostics, released, clock, reason):
     )
 
 
+def erase(i):
+    """Take a grain out of the scene for good."""
+    O.bodies.erase(i, bool(_members))
+
+
 def retire(ids, shift):
     """Take grains out of a periodic scene: set aside by `shift` [m], frozen, and in no collision group.
 
@@ -208,7 +238,8 @@ def retire(ids, shift):
     for i in ids:
         body = O.bodies[i]
         body.state.pos += shift
-        body.groupMask = 0
+        for part in {i, *_spheres([i])}:
+            O.bodies[part].groupMask = 0
         body.dynamic = False
         body.state.vel = body.state.angVel = (0, 0, 0)
 
@@ -224,9 +255,11 @@ def share(p, part, whole):
 
 
 def radii(p, ids):
-    """Radius [m] of grains: one number where all have the same, else (n,)."""
+    """Radius [m] of the grains' spheres: one number where all have the same, else (n,)."""
     import numpy as np
 
+    if _members:
+        return material.clump_radius(p)
     return np.array([_sizes[i][0] for i in ids]) if _sizes else p["particle_radius"]
 
 
@@ -236,7 +269,10 @@ def kinetic_energy(p, states):
 
 
 def positions(ids):
-    """Centres (n, 3) [m] of the grains."""
+    """Centres (n, 3) [m] of the grains, or of the spheres that they are clumped of."""
     import numpy as np
 
-    return np.array([tuple(state.pos) for state in states_of(ids)]).reshape(-1, 3)
+    if _members:
+        ids = [m for i in ids for m in _members[i]]
+
+    return np.array([tuple(state.pos) for state in states_of(_spheres(ids))]).reshape(-1, 3)

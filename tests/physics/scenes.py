@@ -365,6 +365,50 @@ def sizes(size_spread, count=7000):
     )
 
 
+def clump(aspect):
+    """Mass [kg], inertia [kg m2] and extent [m] of a clump as it is created."""
+    p, grain, _ = scene(clump_aspect=aspect)
+    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
+    centres, state = session.positions([i]), O.bodies[i].state
+    return dict(
+        grain_mass=material.grain_mass(p),
+        mass=state.mass,
+        inertia=sorted(state.inertia),
+        sphere_radius=float(session.radii(p, [i])),
+        distance=float(np.linalg.norm(centres[0] - centres[1])),
+    )
+
+
+class Upright:
+    """A source of random numbers that turns every clump upright and launches it at rest."""
+
+    def normal(self, mean=0, scatter=1, size=None):
+        return np.zeros(size) if scatter != 1 else np.tile([0.0, 0.0, 1.0], (size[0], 1))
+
+
+def clump_rebound(aspect=1.3, speed=0.1):
+    """A clump that stands on its end hits a floor without gravity: ratio of its velocities, and the spin that it got."""
+    p, grain, wall = scene(gravity=False, clump_aspect=aspect)
+    add_floor("wall", wall)
+    reach = material.largest_reach(p)
+    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 1.001 * reach]]), grain, Upright())
+    state = O.bodies[i].state
+    state.vel = (0, 0, -speed)
+    run(5e-3)
+    return dict(
+        restitution=state.vel[2] / speed, wanted=p["restitution"], spin=state.angVel.norm() * p["particle_radius"] / speed
+    )
+
+
+def clump_fall(bed_viscosity, duration=0.4):
+    """A clump falls in a viscous gas: final speed, as `falling`."""
+    p, grain, _ = scene(clump_aspect=1.5, bed_viscosity=bed_viscosity)
+    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
+    O.bodies[i].state.vel = (0, 0, 0)
+    run(duration)
+    return dict(weight=grain_weight(p), radius=p["particle_radius"], speed=-O.bodies[i].state.vel[2])
+
+
 def settled_layer(count=200, diameter=0.03):
     """Grains poured into a wide cylinder until they are at rest: mean energies [J] at that moment and 0.1 s later.
 
@@ -418,6 +462,9 @@ def experiments():
     yield falling, (0.01,)
     yield falling_askew, (5.0,)
     yield sized_caps, ()
+    yield from ((clump, (aspect,)) for aspect in (1.3, 2.0))
+    yield clump_rebound, ()
+    yield clump_fall, (0.01,)
     yield sizes, (0.25,)
     yield settled_layer, ()
 

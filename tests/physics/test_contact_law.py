@@ -241,3 +241,27 @@ def test_grains_of_several_sizes_have_the_requested_moments(measured):
     assert m["mean"] == pytest.approx(m["nominal"], rel=1e-9)
     assert m["spread"] == pytest.approx(0.25, rel=1e-9)
     assert m["mean_mass"] == pytest.approx(m["expected_mass"], rel=1e-6)
+
+
+@pytest.mark.parametrize("aspect", [1.3, 2.0])
+def test_a_clump_has_the_mass_of_a_grain_and_the_requested_length(measured, aspect):
+    m = measured("clump", aspect)
+    assert m["mass"] == pytest.approx(m["grain_mass"], rel=1e-9)
+    assert (m["distance"] + 2 * m["sphere_radius"]) / (2 * m["sphere_radius"]) == pytest.approx(aspect, rel=1e-9)
+
+
+def test_a_clump_of_two_touching_spheres_has_their_inertia(measured):
+    """2/5 m R^2 about the axis, and m R^2 more across it (Steiner)."""
+    m = measured("clump", 2.0)
+    along = 0.4 * m["mass"] * m["sphere_radius"] ** 2
+    assert m["inertia"] == pytest.approx([along, *[along + m["mass"] * m["sphere_radius"] ** 2] * 2], rel=1e-3)
+
+
+def test_a_clump_that_lands_on_its_end_rebounds_with_the_requested_restitution(measured):
+    m = measured("clump_rebound")
+    assert m["restitution"] == pytest.approx(m["wanted"], rel=0.02) and m["spin"] < 1e-6
+
+
+def test_a_clump_in_a_viscous_bed_falls_like_the_sphere_of_its_volume(measured):
+    m = measured("clump_fall", 0.01)
+    assert m["speed"] == pytest.approx(m["weight"] / (6 * math.pi * 0.01 * m["radius"]), rel=0.01)
