@@ -121,7 +121,7 @@ def response_table(problem: Problem, records: Sequence[Record], keys: Sequence[s
     Runs of different set-ups are different rows; a response that a row does not have is NaN.
     """
     good = [r for r in records if r.status == "ok"]
-    points = np.array([[r.request.parameters[n] for n in problem.names] for r in good], float).reshape(-1, len(problem.names))
+    points = np.array([[r.request.value(n) for n in problem.names] for r in good], float).reshape(-1, len(problem.names))
     values = np.array(
         [[r.responses.get(k.split(".")[1], np.nan) if k.split(".")[0] == r.request.setup else np.nan for k in keys] for r in good]
     )

@@ -61,7 +61,7 @@ def belongs(case: Case, request: Request) -> bool:
     """Whether a run is one of this case's: its set-up, its fixed values, and a parameter set inside its box."""
     if request.setup not in case.problem.calibration_setups:
         return False
-    point = np.array([request.parameters[n] for n in case.problem.names])
+    point = np.array([request.value(n) for n in case.problem.names])
     if not ((case.problem.low <= point) & (point <= case.problem.high)).all():
         return False
     return make_request(case, request.setup, point, int(request.parameters["seed"])) == request

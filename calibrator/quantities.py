@@ -20,10 +20,26 @@ DIAGNOSTICS: dict[str, str] = _CONTRACT["diagnostics"]
 
 
 @dataclass(frozen=True)
+class Effect:
+    """A physical effect that a model may lack, and that one parameter switches on.
+
+    called : its name in words; sign : "+" or "+-", the signs that its parameter may take; scale : a plausible size in the
+    parameter's unit; removed_by : what would remove it in the laboratory; aliases : parameters that it is mistaken for.
+    """
+
+    called: str
+    sign: str
+    scale: float
+    removed_by: str
+    aliases: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Quantity:
     """A parameter or a response: its name, symbol, SI unit, meaning and the set-ups that know it.
 
-    default, low, high and choices are None for responses (choices also for numbers).
+    default, low, high and choices are None for responses (choices also for numbers); effect is None for all that is not the
+    switch of one. A request does not mention an effect that is off, so that it stays the same run when effects are added.
     """
 
     name: str
@@ -35,6 +51,7 @@ class Quantity:
     low: float | None = None
     high: float | None = None
     choices: tuple[str, ...] | None = None
+    effect: Effect | None = None
 
     @property
     def label(self) -> str:
@@ -49,12 +66,15 @@ def _read(section: str) -> dict[str, Quantity]:
         spec = dict(spec, setups=tuple(spec.get("setups", SETUPS)))
         if "choices" in spec:
             spec["choices"] = tuple(spec["choices"])
+        if "effect" in spec:
+            spec["effect"] = Effect(**dict(spec["effect"], aliases=tuple(spec["effect"]["aliases"])))
         quantities[name] = Quantity(name=name, **spec)
     return quantities
 
 
 PARAMETERS: dict[str, Quantity] = _read("parameters")
 RESPONSES: dict[str, Quantity] = _read("responses")
+EFFECTS: dict[str, Quantity] = {name: q for name, q in PARAMETERS.items() if q.effect}
 
 
 def parameters_of(setup: str) -> dict[str, Quantity]:

@@ -341,7 +341,7 @@ def _by_distance(findings: Findings, records: Sequence[Record]) -> list[Record]:
     problem = findings.space.case.problem
 
     def distance(record: Record) -> float:
-        point = np.array([record.request.parameters[n] for n in problem.names], float)
+        point = np.array([record.request.value(n) for n in problem.names], float)
         return float(np.linalg.norm((point - findings.compromise) / (problem.high - problem.low)))
 
     return sorted(records, key=distance)

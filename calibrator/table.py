@@ -17,24 +17,32 @@ from calibrator.quantities import PARAMETERS, SCHEMA, SETUPS, parameters_of
 
 @dataclass(frozen=True)
 class Request:
-    """One run: a set-up and a value for each of its parameters, the seed among them."""
+    """One run: a set-up and a value for each of its parameters, the seed among them, and for each effect that is on."""
 
     setup: str
     parameters: dict[str, Value]
 
     @classmethod
     def of(cls, setup: str, **given: Value) -> Request:
-        """Complete the given parameters with the contract's defaults. Raises CalibratorError for bad names or values."""
+        """Complete the given parameters with the contract's defaults, leave out effects that are off.
+
+        Raises CalibratorError for bad names or values.
+        """
         own = parameters_of(known(setup, SETUPS, "set-up"))
         for name in given:
             known(name, own, f"parameter of {setup}")
-        return cls(setup, {n: checked_value(n, given.get(n, q.default)) for n, q in own.items()})
+        values = {n: checked_value(n, given.get(n, q.default)) for n, q in own.items()}
+        return cls(setup, {n: v for n, v in values.items() if own[n].effect is None or v != own[n].default})
 
     @property
     def run_id(self) -> str:
         """Short hash of schema, set-up and parameters: the same run is never done twice."""
         key = json.dumps([SCHEMA, self.setup, self.parameters], sort_keys=True, allow_nan=False)
         return hashlib.sha256(key.encode()).hexdigest()[:16]
+
+    def value(self, name: str) -> Value:
+        """Value of a parameter of the set-up, the default of an effect that is off."""
+        return self.parameters.get(name, PARAMETERS[name].default)  # type: ignore[return-value]
 
     def with_seed(self, seed: int) -> Request:
         """The same run with another seed."""
@@ -60,7 +68,8 @@ def write_table(path: Path, requests: Sequence[Request]) -> None:
     last character otherwise). The run id is the description, which yade-batch also uses for the log's name.
     """
     setups = {r.setup for r in requests}
-    names = [n for n, q in PARAMETERS.items() if setups & set(q.setups)]
+    used = set().union(*(r.parameters for r in requests))
+    names = [n for n, q in PARAMETERS.items() if setups & set(q.setups) and (q.effect is None or n in used)]
     script = ["!SCRIPT"] * (len(setups) > 1)
     lines = [" ".join(["description", *script, *names])]
     for r in requests:

@@ -221,7 +221,7 @@ def _parameter_sets(case: Case, records: Sequence[Record]) -> tuple[np.ndarray, 
 
 def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
     """Sets (f, d) with a run that has nothing to say; clogged ones count, as a neck that clogs once will do so again."""
-    sets = [[r.request.parameters[n] for n in case.problem.names] for r in records if r.status != "ok"]
+    sets = [[r.request.value(n) for n in case.problem.names] for r in records if r.status != "ok"]
     return np.array(sets, float).reshape(-1, len(case.problem.names))
 
 
@@ -429,12 +429,12 @@ def _identified(problem: Problem, interpolant: Interpolant, truth: dict[str, flo
 
 def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant) -> dict[str, Any]:
     """Sobol indices of the targets' responses; on a grid, which must stay whole, without the part for the choice of sets."""
-    sets = sorted({tuple(r.request.parameters[n] for n in case.problem.names) for r in records})
+    sets = sorted({tuple(r.request.value(n) for n in case.problem.names) for r in records})
     part = {one: i % PARTS for i, one in enumerate(sets)}
     folds: list[Interpolant] = []
     if case.interpolation.method == "process" and len(sets) >= 3 * (len(case.problem.names) + 2):
         for left_out in range(PARTS):
-            kept = [r for r in records if part[tuple(r.request.parameters[n] for n in case.problem.names)] != left_out]
+            kept = [r for r in records if part[tuple(r.request.value(n) for n in case.problem.names)] != left_out]
             folds.append(fit(case, kept))
     found = sensitivity(case.problem, interpolant, folds)
     arrays = {k: getattr(found, k).tolist() for k in ("first", "total", "first_error", "total_error")}

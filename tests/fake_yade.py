@@ -61,8 +61,8 @@ def behave(setup: str, run_id: str, p: dict) -> None:
     scatter = random.Random(run_id)
     responses = {n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()}
     record = dict(
-        schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id, parameters=p, status="ok", responses=responses,
-        error=None, diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
+        schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id, parameters=contract.echoed(p), status="ok",
+        responses=responses, error=None, diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
         provenance=dict(yade="fake", scripts="fake", host="fake", started=time.time(), wall_time=2.0),
     )  # fmt: skip
     if what == "lie":

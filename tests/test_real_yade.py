@@ -14,7 +14,7 @@ from conftest import processes_in
 
 from calibrator.cost import LARGEST_STEP_SHARE, contact_time
 from calibrator.database import Database
-from calibrator.quantities import RESPONSES, SCRIPTS
+from calibrator.quantities import EFFECTS, RESPONSES, SCRIPTS
 from calibrator.runner import RunFolder, run
 from calibrator.table import Request, write_table
 
@@ -70,17 +70,22 @@ def test_the_curves_of_a_discharge_agree_with_its_responses(driven):
     assert np.hypot(*curves["final"][:, :2].T).max() < 8e-3 and curves["final"][:, 2].min() >= 0
 
 
+def by_hand(folder, setup):
+    """Carry out the first line of folder/runs.table as a user would."""
+    subprocess.run(
+        ["yade", "-n", "-x", str(SCRIPTS / f"{setup}.py")],
+        cwd=folder,
+        env={"PATH": "/usr/bin:/bin", "YADE_BATCH": "runs.table:2", "HOME": str(folder)},
+        capture_output=True,
+        timeout=300,
+    )
+
+
 @pytest.mark.parametrize("setup", SMALL)
 def test_a_table_line_by_hand_gives_the_same_record_bit_for_bit(driven, tmp_path, setup):
     record = driven[1][setup]
     write_table(tmp_path / "runs.table", [record.request])
-    subprocess.run(
-        ["yade", "-n", "-x", str(SCRIPTS / f"{setup}.py")],
-        cwd=tmp_path,
-        env={"PATH": "/usr/bin:/bin", "YADE_BATCH": "runs.table:2", "HOME": str(tmp_path)},
-        capture_output=True,
-        timeout=300,
-    )
+    by_hand(tmp_path, setup)
     twin = json.loads((tmp_path / "records" / f"{record.run_id}.json").read_text())
     assert twin["responses"] == record.responses
     assert twin["diagnostics"]["steps"] == record.diagnostics["steps"]
@@ -125,16 +130,19 @@ def test_a_neck_of_two_grains_clogs_and_has_no_discharge_time(tmp_path):
     assert record.status == "clogged" and set(record.responses) == {"bulk_density"}
 
 
-def test_the_ledge_angle_grows_with_sliding_and_with_rolling_friction(tmp_path):
+def test_the_ledge_angle_grows_with_friction_and_with_adhesion(tmp_path):
     box = dict(box_length=16e-3, box_width=6.4e-3, fill_height=11e-3, young_modulus=0.5e6)
-    frictions = {"base": (0.05, 0.2), "rolling": (0.4, 0.2), "sliding": (0.05, 0.7)}
-    asked = {
-        name: [Request.of("ledge", rolling_friction=r, sliding_friction=s, seed=seed, **box) for seed in (1, 2)]
-        for name, (r, s) in frictions.items()
+    base = dict(rolling_friction=0.05, sliding_friction=0.2)
+    more = {
+        "base": {},
+        "rolling": {"rolling_friction": 0.4},
+        "sliding": {"sliding_friction": 0.7},
+        "adhesion": {"bond_number": 2.0},
     }
+    asked = {name: [Request.of("ledge", **{**box, **base, **own}, seed=seed) for seed in (1, 2)] for name, own in more.items()}
     records = {r.run_id: r for r in run(RunFolder(tmp_path), [q for own in asked.values() for q in own])}
     angle = {n: np.mean([records[q.run_id].responses["ledge_equivalent_angle_deg"] for q in own]) for n, own in asked.items()}
-    assert angle["base"] + 2 < min(angle["rolling"], angle["sliding"])
+    assert angle["base"] + 2 < min(angle["rolling"], angle["sliding"], angle["adhesion"])
 
 
 def test_only_the_ratio_of_modulus_to_density_matters(tmp_path):
@@ -149,3 +157,57 @@ def test_only_the_ratio_of_modulus_to_density_matters(tmp_path):
             assert np.array_equal(one[name], other[name]), name
     for name, value in light.responses.items():
         assert heavy.responses[name] == (2 * value if "kg" in RESPONSES[name].unit else value), name
+
+
+@pytest.mark.parametrize("setup", SMALL)
+def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_columns(driven, tmp_path, setup):
+    folder, records = driven
+    record = records[setup]
+    write_table(tmp_path / "runs.table", [record.request])
+    header, line = (tmp_path / "runs.table").read_text().splitlines()
+    off = {n: q.default for n, q in EFFECTS.items() if setup in q.setups}
+    assert not set(off) & set(header.split())
+    text = f"{header} {' '.join(off)}\n{line} {' '.join(map(repr, off.values()))}\n"
+    (tmp_path / "runs.table").write_text(text)
+    by_hand(tmp_path, setup)
+    twin = json.loads((tmp_path / "records" / f"{record.run_id}.json").read_text())
+    assert twin["responses"] == record.responses and twin["parameters"] == record.request.parameters
+    with np.load(folder.curves(record.run_id)) as one, np.load(tmp_path / "records" / f"{record.run_id}.npz") as other:
+        assert all(np.array_equal(one[name], other[name]) for name in one.files)
+
+
+@pytest.fixture(scope="module")
+def affected(tmp_path_factory):
+    """{effect: record of the small hourglass with it}, and of the one without under None."""
+    sizes = {"bond_number": 0.5, "bed_viscosity": 0.02, "wall_friction_ratio": 0.1, "neck_error": 2e-3, "tilt_deg": 8.0}
+    sizes |= {"twisting_stiffness": 1.0, "size_spread": 0.25, "clump_aspect": 1.3}
+    asked = {name: Request.of("hourglass", **SMALL["hourglass"], **{name: value}) for name, value in sizes.items()}
+    asked[None] = Request.of("hourglass", **SMALL["hourglass"])
+    done = {r.run_id: r for r in run(RunFolder(tmp_path_factory.mktemp("affected")), list(asked.values()))}
+    return {name: done[request.run_id] for name, request in asked.items()}
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_an_effect_makes_another_run_that_comes_to_rest(affected, effect):
+    record, plain = affected[effect], affected[None]
+    assert record.status in ("ok", "clogged") and record.error == ""
+    assert record.run_id != plain.run_id and record.responses != plain.responses
+
+
+def test_effects_do_to_the_hourglass_what_physics_says(affected):
+    def change(effect, response):
+        return affected[effect].responses[response] / affected[None].responses[response] - 1
+
+    assert change("bond_number", "bulk_density") < -0.005  # adhesive grains pack loosely
+    assert change("bed_viscosity", "emptying_time") > 0.2
+    assert change("neck_error", "residual_fraction") < -0.05
+    assert change("wall_friction_ratio", "residual_fraction") < -0.05  # they slide off a smooth floor
+
+
+def test_grains_of_other_shapes_and_sizes_come_to_rest_in_ledge_and_pile_too(tmp_path):
+    """With drag, whose engine has to know the spheres of a clump."""
+    kinds = ({"clump_aspect": 1.4}, {"size_spread": 0.2})
+    asked = [Request.of(s, **SMALL[s], **kind, bed_viscosity=1e-3) for s in ("ledge", "conical_pile") for kind in kinds]
+    for record in run(RunFolder(tmp_path), asked):
+        assert (record.status, record.error) == ("ok", "")
+        assert 1350 < record.responses["bulk_density"] < 1800

@@ -28,7 +28,7 @@ def simulate(p, diagnostics):
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
-    centres = packing.cloud_in_cylinder(p, count, rng)
+    centres = packing.cloud_in_cylinder(p, count, material.largest_reach(p), rng)
     O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
     # The wall of the cylinder starts a hair above the base plane, so that the two never share a contact.
     tube = O.bodies.append(walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 10 * radius, wall))
@@ -38,12 +38,12 @@ def simulate(p, diagnostics):
     session.fill(p, ids, diagnostics)
     filled = session.positions(ids)
     lift(p, ids, tube, diagnostics)
-    return respond(p, filled, session.positions(ids), diagnostics)
+    return respond(p, ids, filled, session.positions(ids), diagnostics)
 
 
 def lift(p, ids, tube, diagnostics):
     """Lift the cylinder at constant speed, keep it at its height, wait for rest."""
-    mass, released, clock = material.grain_mass(p), O.time, time.process_time()
+    released, clock = O.time, time.process_time()
     lifted = released + p["lift_height"] / p["lift_speed"]
     for i in tube:
         O.bodies[i].state.vel = (0, 0, p["lift_speed"])
@@ -54,23 +54,23 @@ def lift(p, ids, tube, diagnostics):
     states = session.states_of(ids)
 
     def at_rest():
-        return stop.mean_kinetic_energy(states, mass) < p["rest_kinetic_energy"]
+        return session.kinetic_energy(p, states) < p["rest_kinetic_energy"]
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "conical pile")
     session.finish(p, ids, diagnostics, released, clock, "at rest")
 
 
-def respond(p, filled, final, diagnostics):
+def respond(p, ids, filled, final, diagnostics):
     """Pile angle, equivalent angle, curvature, asymmetry and apex rounding."""
-    radius, cylinder, mass = p["particle_radius"], p["cylinder_diameter"] / 2, material.grain_mass(p)
-    x, y, height = measure.height_map(filled, radius, cylinder, cylinder)
+    radius, cylinder, sizes = p["particle_radius"], p["cylinder_diameter"] / 2, session.radii(p, ids)
+    x, y, height = measure.height_map(filled, sizes, cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
     diagnostics["filled_height"] = float(height[section].mean())
-    responses = dict(bulk_density=len(filled) * mass / (np.pi * cylinder**2 * height[section].mean()))
+    responses = dict(bulk_density=session.total_mass(p, ids) / (np.pi * cylinder**2 * height[section].mean()))
 
     # Grains that rolled far away are left out of the scan, or a single one would set its size.
     half = 1.2 * float(np.quantile(np.hypot(final[:, 0], final[:, 1]), 0.98)) + 2 * radius
-    x, y, height = measure.height_map(final, radius, half, half)
+    x, y, height = measure.height_map(final, sizes, half, half)
     responses["pile_equivalent_angle_deg"] = measure.cone_angle_from_moments(x, y, height)
     position, profile = measure.radial_profile(x, y, height, radius)
     fit = measure.fit_slope(*flank(position, profile))

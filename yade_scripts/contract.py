@@ -35,6 +35,12 @@ def checked(setup, given):
     return {name: _checked_value(name, spec, given.get(name, spec["default"])) for name, spec in known.items()}
 
 
+def echoed(p):
+    """The parameters as a record states them: an effect that is off is not mentioned, as in scripts without it."""
+    specs = CONTRACT["parameters"]
+    return {n: v for n, v in p.items() if "effect" not in specs[n] or v != specs[n]["default"]}
+
+
 def _checked_value(name, spec, value):
     if "choices" in spec:
         if value not in spec["choices"]:

@@ -15,6 +15,7 @@ import numpy as np
 from yade import O
 
 import contract
+import effects
 import material
 import measure
 import packing
@@ -25,12 +26,12 @@ import walls
 
 def simulate(p, diagnostics):
     """One hourglass run; returns (status, responses, curves)."""
-    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, effects.true_neck(p) / 2
     check(p)
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
-    count = max(1, int(round(p["fill_mass"] / material.grain_mass(p))))
-    centres = packing.cloud_in_cylinder(p, count, rng)
+    count = max(1, int(round(p["fill_mass"] / material.mean_grain_mass(p))))
+    centres = packing.cloud_in_cylinder(p, count, material.largest_reach(p), rng)
     O.bodies.append(walls.cylinder(cylinder, -2 * radius, centres[:, 2].max() + 10 * radius, wall))
     O.bodies.append(walls.annulus(neck, cylinder, wall))
     plug = O.bodies.append(walls.disk(neck, wall))
@@ -44,39 +45,41 @@ def simulate(p, diagnostics):
     inside, times, passed = discharge(p, ids, diagnostics)
     final = session.positions(inside)
     status = "clogged" if np.any(np.hypot(final[:, 0], final[:, 1]) < 0.5 * neck) else "ok"
-    responses, curves = respond(p, filled, final, times, passed, status, diagnostics)
+    responses, curves = respond(p, (ids, filled), (inside, final), times, passed, status, diagnostics)
     return status, responses, curves
 
 
 def check(p):
     """Geometry that cannot work is an input error, not a crash."""
-    if p["neck_diameter"] >= p["cylinder_diameter"] - 2 * p["particle_radius"]:
+    neck = effects.true_neck(p)
+    if neck >= p["cylinder_diameter"] - 2 * p["particle_radius"]:
         raise contract.BadInput("neck_diameter must be smaller than cylinder_diameter by more than a grain diameter")
-    if p["neck_diameter"] <= 2 * p["particle_radius"]:
+    if neck <= 2 * p["particle_radius"]:
         raise contract.BadInput("neck_diameter is below a grain diameter: nothing can pass; widen the neck")
 
 
 def discharge(p, ids, diagnostics):
-    """Release; grains are erased once they are clear of the neck. Returns ids left, times [s] and counts passed."""
-    mass, radius, released, clock = material.grain_mass(p), p["particle_radius"], O.time, time.process_time()
+    """Release; grains are erased once they are clear of the neck. Returns ids left, times [s] and masses passed [kg]."""
+    radius, released, clock = p["particle_radius"], O.time, time.process_time()
     not_before = released + stop.fall_time(p["neck_diameter"], material.GRAVITY)
     state = dict(zip(ids, session.states_of(ids), strict=True))
     inside, below, last_passage = list(ids), [], clock
-    times, passed = [0.0], [0]
+    times, passed, gone = [0.0], [0.0], []
 
     def at_rest():
-        nonlocal inside, below, last_passage
+        nonlocal inside, below, gone, last_passage
         height = {i: state[i].pos[2] for i in inside + below}
         below = [i for i in inside + below if height[i] < 0]
+        gone = gone + [i for i in inside if height[i] < 0]
         inside = [i for i in inside if height[i] >= 0]
         for i in [i for i in below if height[i] < -4 * radius]:
-            O.bodies.erase(i)
+            session.erase(i)
             below.remove(i)
         times.append(O.time - released)
-        passed.append(len(ids) - len(inside))
+        passed.append(session.total_mass(p, gone))
         if passed[-1] > passed[-2]:
             last_passage = time.process_time()
-        return O.time > not_before and stop.mean_kinetic_energy([state[i] for i in inside], mass) < p["rest_kinetic_energy"]
+        return O.time > not_before and session.kinetic_energy(p, [state[i] for i in inside]) < p["rest_kinetic_energy"]
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "discharge")
     diagnostics["settling_cpu"] = time.process_time() - last_passage
@@ -85,36 +88,33 @@ def discharge(p, ids, diagnostics):
 
 
 def respond(p, filled, final, times, passed, status, diagnostics):
-    """Bulk responses and curves from what the run left behind."""
-    mass, radius, cylinder, neck = (
-        material.grain_mass(p),
-        p["particle_radius"],
-        p["cylinder_diameter"] / 2,
-        p["neck_diameter"] / 2,
-    )
-    x, y, height = measure.height_map(filled, radius, cylinder, cylinder)
+    """Bulk responses and curves from what the run left behind; filled and final are ids and centres (n, 3) [m]."""
+    cylinder = p["cylinder_diameter"] / 2
+    (ids, filled), (left, final) = filled, final
+    mass, residual = session.total_mass(p, ids), session.total_mass(p, left)
+    x, y, height = measure.height_map(filled, session.radii(p, ids), cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
     volume = measure.filled_volume(x, y, height, section) * np.pi * cylinder**2 / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
     diagnostics["filled_height"] = volume / (np.pi * cylinder**2)
-    responses = dict(bulk_density=len(filled) * mass / volume)
-    curves = dict(time=times, passed_mass=passed * mass, filled=filled.astype("f4"), final=final.astype("f4"))
+    responses = dict(bulk_density=mass / volume)
+    curves = dict(time=times, passed_mass=passed, filled=filled.astype("f4"), final=final.astype("f4"))
     if status == "ok":
-        responses.update(residual_mass=len(final) * mass, residual_fraction=len(final) / len(filled), discharge_time=times[-1])
-        responses.update(measure.discharge_features(times, passed * mass))
-        responses.update(crater(p, final, responses["bulk_density"], cylinder, neck, curves))
+        responses.update(residual_mass=residual, residual_fraction=session.share(p, left, ids), discharge_time=times[-1])
+        responses.update(measure.discharge_features(times, passed))
+        responses.update(crater(p, left, final, responses["bulk_density"], curves))
     return {name: float(value) for name, value in responses.items()}, curves
 
 
-def crater(p, final, bulk_density, cylinder, neck, curves):
+def crater(p, left, final, bulk_density, curves):
     """Angle, curvature and asymmetry of the drained slope."""
-    radius = p["particle_radius"]
-    x, y, height = measure.height_map(final, radius, cylinder, cylinder)
+    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    x, y, height = measure.height_map(final, session.radii(p, left), cylinder, cylinder)
     rho = np.hypot(x[:, None], y[None, :])
     # One grain diameter at the neck (its edge is ragged) and one at the wall (grains stand in layers there) are left out.
     slope_part, ring = (rho > neck + 2 * radius) & (rho < cylinder - 2 * radius), radius / 2
     curves["profile_radius"], curves["profile_height"] = measure.radial_profile(x, y, height, radius)
     fit = measure.fit_slope(*measure.radial_profile(x, y, height, ring, slope_part))
-    volume = len(final) * material.grain_mass(p) / bulk_density
+    volume = session.total_mass(p, left) / bulk_density
     responses = dict(drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck))
     if fit:
         responses.update(

@@ -33,7 +33,7 @@ def simulate(p, diagnostics):
     count = session.grains_for_volume(p, length * width * p["fill_height"])
     centres = packing.cloud(
         count,
-        radius,
+        material.largest_reach(p),
         p["cloud_fraction"],
         lambda x, y, margin: (np.abs(x) < length / 2 - margin) & (np.abs(y) < width / 2 - margin),
         length / 2,
@@ -58,7 +58,7 @@ def simulate(p, diagnostics):
     session.fill(p, ids, diagnostics)
     filled = wrapped(ids, offset, width)
     left = release(p, ids, flap, diagnostics, offset)
-    return respond(p, filled, wrapped(left, offset, width), diagnostics)
+    return respond(p, (ids, filled), (left, wrapped(left, offset, width)), diagnostics)
 
 
 def wrapped(ids, offset, width):
@@ -74,7 +74,7 @@ def release(p, ids, flap, diagnostics, offset):
     The flap moves away horizontally, four times as fast as a grain that fell the filled height, and stops at twice the
     length of the ledge: erasing it would be simpler, but see session.retire.
     """
-    mass, radius, released, clock = material.grain_mass(p), p["particle_radius"], O.time, time.process_time()
+    radius, released, clock = p["particle_radius"], O.time, time.process_time()
     not_before = released + stop.fall_time(p["fill_height"], material.GRAVITY)
     state = dict(zip(ids, session.states_of(ids), strict=True))
     left, opening_speed = list(ids), 4 * (2 * material.GRAVITY * p["fill_height"]) ** 0.5
@@ -89,7 +89,7 @@ def release(p, ids, flap, diagnostics, offset):
         gone = {i for i in left if state[i].pos[2] - offset[2] < -2 * radius}
         session.retire(gone, (1.5 * p["box_length"], 0, 0))
         left = [i for i in left if i not in gone]
-        return O.time > not_before and stop.mean_kinetic_energy([state[i] for i in left], mass) < p["rest_kinetic_energy"]
+        return O.time > not_before and session.kinetic_energy(p, [state[i] for i in left]) < p["rest_kinetic_energy"]
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge")
     session.finish(p, left, diagnostics, released, clock, "at rest")
@@ -97,19 +97,20 @@ def release(p, ids, flap, diagnostics, offset):
 
 
 def respond(p, filled, final, diagnostics):
-    """Ledge angle, equivalent angle, curvature and residual mass."""
-    radius, length, width, mass = p["particle_radius"], p["box_length"], p["box_width"], material.grain_mass(p)
+    """Ledge angle, equivalent angle, curvature and residual mass; filled and final are ids and centres (n, 3) [m]."""
+    (ids, filled), (left, final) = filled, final
+    radius, length, width, residual = p["particle_radius"], p["box_length"], p["box_width"], session.total_mass(p, left)
     centre = np.array([length / 2, 0, 0])
-    x, y, height = measure.height_map(filled - centre, radius, length / 2, width / 2, period_y=width)
+    x, y, height = measure.height_map(filled - centre, session.radii(p, ids), length / 2, width / 2, period_y=width)
     diagnostics["filled_height"] = float(height.mean())
-    bulk_density = len(filled) * mass / (height.mean() * length * width)
-    x, y, height = measure.height_map(final - centre, radius, length / 2, width / 2, period_y=width)
+    bulk_density = session.total_mass(p, ids) / (height.mean() * length * width)
+    x, y, height = measure.height_map(final - centre, session.radii(p, left), length / 2, width / 2, period_y=width)
     position, profile = measure.x_profile(x + length / 2, height, radius)
     responses = dict(
         bulk_density=bulk_density,
-        residual_mass=len(final) * mass,
-        residual_fraction=len(final) / len(filled),
-        ledge_equivalent_angle_deg=measure.wedge_angle_from_volume(len(final) * mass / bulk_density, length, width),
+        residual_mass=residual,
+        residual_fraction=session.share(p, left, ids),
+        ledge_equivalent_angle_deg=measure.wedge_angle_from_volume(residual / bulk_density, length, width),
     )
     # The layered grains at the back wall, a flat that the slide did not reach, and the ragged edge are left out.
     fit = measure.fit_slope(*measure.between_heights(position, profile, 0.2, 0.9))

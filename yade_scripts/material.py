@@ -32,12 +32,66 @@ WALL_RADIUS_RATIO = 1e8
 ROLLING_STIFFNESS_FACTOR = 4.0
 LARGEST_STEP_SHARE = 0.28
 FILLING_ENERGY_RATIO = 5e-4  # kinetic energy over m g d: grains that still rock, in a heap that no longer moves
+SIZE_CLASSES = 7
 TOKEN_ADHESION = 1e-9  # pull-off force over grain weight: far too small to matter, it only selects YADE's branch
 
 
 def grain_mass(p):
     """Mass of one grain [kg]."""
     return 4 / 3 * math.pi * p["particle_radius"] ** 3 * p["particle_density"]
+
+
+def size_classes(p):
+    """Radii [m] of the equally frequent sizes of grains: one, or SIZE_CLASSES in equal steps whose coefficient of variation
+    is size_spread exactly."""
+    spread = p["size_spread"]
+    if spread == 0:
+        return [p["particle_radius"]]
+    steps = [i - (SIZE_CLASSES - 1) / 2 for i in range(SIZE_CLASSES)]
+    deviation = math.sqrt(sum(s * s for s in steps) / SIZE_CLASSES)
+    return [p["particle_radius"] * (1 + spread * s / deviation) for s in steps]
+
+
+def clump_radius(p):
+    """Radius [m] of the two spheres of a clump with aspect ratio a whose union has the volume of a grain.
+
+    Spheres of radius R at a distance 2 R (a - 1): V = 4/3 pi R^3 (1 + 3/2 c - 1/2 c^3) with c = a - 1.
+    """
+    c = p["clump_aspect"] - 1
+    return p["particle_radius"] / (1 + 1.5 * c - 0.5 * c**3) ** (1 / 3)
+
+
+def clump_inertia(p):
+    """Moments of inertia [kg m2] of such a clump about its axis and across it.
+
+    By discs: the outline is that of the sphere at +h beyond the middle plane, and mirrored, with h = R c half the distance.
+    """
+    radius, steps = clump_radius(p), 2000
+    half = radius * (p["clump_aspect"] - 1)
+    dz = (half + radius) / steps
+    along = across = 0.0
+    for i in range(steps):
+        z = (i + 0.5) * dz
+        square = max(radius**2 - (z - half) ** 2, 0.0)
+        disc = 2 * p["particle_density"] * math.pi * square * dz
+        along += disc * square / 2
+        across += disc * (square / 4 + z * z)
+    return along, across
+
+
+def smallest_radius(p):
+    """Radius [m] of the smallest sphere in the scene."""
+    return clump_radius(p) if p["clump_aspect"] > 1 else min(size_classes(p))
+
+
+def largest_reach(p):
+    """Distance [m] from its centre that no part of any grain exceeds."""
+    return clump_radius(p) * p["clump_aspect"] if p["clump_aspect"] > 1 else max(size_classes(p))
+
+
+def mean_grain_mass(p):
+    """Mean mass of the grains [kg]: the mean of (1 + cv z)^3 over sizes z symmetric about 0 with variance 1 is 1 + 3 cv^2."""
+    return grain_mass(p) * (1 + 3 * p["size_spread"] ** 2)
 
 
 def rayleigh_time(p):
@@ -54,6 +108,7 @@ def time_step(p):
     first: single grains between two others rock and never come to rest. It goes with the period of a grain on
     the springs of its resting contacts, sqrt(I/krot), and was found by trial (benchmarks/step_limit.py).
     """
+    p = dict(p, particle_radius=smallest_radius(p))  # the smallest spheres are the fastest
     inertia = 0.4 * grain_mass(p) * p["particle_radius"] ** 2
     largest = LARGEST_STEP_SHARE * math.sqrt(inertia / stiff_rolling_spring(p, p["particle_radius"] / 2))
     return p["time_step"] or min(p["rayleigh_fraction"] * rayleigh_time(p), largest)

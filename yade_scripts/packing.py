@@ -30,11 +30,11 @@ def cloud(count, radius, fraction, inside, half_x, half_y, clearance, rng):
     return np.concatenate(layers)[:count]
 
 
-def cloud_in_cylinder(p, count, rng):
-    """The cloud (count, 3) [m] over the request's cylinder, which stands around the z axis."""
+def cloud_in_cylinder(p, count, radius, rng):
+    """The cloud (count, 3) [m] of grains up to a radius [m] over the request's cylinder, which stands around the z axis."""
     half = p["cylinder_diameter"] / 2
 
     def inside(x, y, margin):
         return np.hypot(x, y) < half - margin
 
-    return cloud(count, p["particle_radius"], p["cloud_fraction"], inside, half, half, p["pouring_height"], rng)
+    return cloud(count, radius, p["cloud_fraction"], inside, half, half, p["pouring_height"], rng)

@@ -26,8 +26,12 @@ from yade import (
 from yade import config
 
 import contract
+import effects
 import material
 import stop
+
+_members = {}  # {id of a clump: ids of its spheres}; empty where grains are spheres
+_sizes = {}  # {id: (radius [m], mass [kg])} of grains of several sizes; empty where all are alike
 
 NOMINAL_FRACTION = 0.57
 
@@ -45,10 +49,11 @@ def main(setup, simulate):
 
     given = {name: getattr(table, name) for name in contract.parameters_of(setup)}
     started, diagnostics = time.time(), {}
-    record = dict(schema=contract.CONTRACT["schema"], setup=setup, run_id=_run_id(setup), parameters=given)
+    record = dict(schema=contract.CONTRACT["schema"], setup=setup, run_id=_run_id(setup), parameters=contract.echoed(given))
     curves = {}
     try:
-        p = record["parameters"] = contract.checked(setup, given)
+        p = contract.checked(setup, given)
+        record["parameters"] = contract.echoed(p)
         status, responses, curves = simulate(p, diagnostics)
         record.update(status=status, responses=responses, error=None)
     except contract.BadInput as error:
@@ -84,15 +89,18 @@ def scripts_hash():
 
 def engines(p):
     """YADE's loop: damping 0, Hertz-Mindlin with moments, and a collider margin in the flat part of its optimum."""
+    between_grains, at_walls = material.contact_functors(p)
+    integrator = NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY))
+    effects.start(p, between_grains, at_walls, integrator)
     return [
         ForceResetter(),
         InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()], verletDist=0.2 * p["particle_radius"]),
         InteractionLoop(
             [Ig2_Sphere_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom(hertzian=True), Ig2_Wall_Sphere_ScGeom(hertzian=True)],
-            material.contact_functors(p),
+            [between_grains, at_walls],
             [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True)],
         ),
-        NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY)),
+        integrator,
     ]
 
 
@@ -118,6 +126,8 @@ def states_of(ids):
 def start(p):
     """Set step and engines; returns the grain and wall materials, added to the scene."""
     silence_log()
+    _sizes.clear()
+    _members.clear()
     O.dt = material.time_step(p)
     O.engines = engines(p)
     grain, wall = material.materials(p)
@@ -128,7 +138,7 @@ def start(p):
 
 def grains_for_volume(p, volume):
     """Number of grains that fill a volume [m3] at the nominal packing fraction."""
-    return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / material.grain_mass(p))))
+    return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / material.mean_grain_mass(p))))
 
 
 def add_grains(p, centres, grain, rng):
@@ -137,10 +147,40 @@ def add_grains(p, centres, grain, rng):
     The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice; without it the
     filled density scatters more from seed to seed.
     """
-    ids = O.bodies.append([utils.sphere(tuple(c), p["particle_radius"], material=grain) for c in centres])
+    if effects.is_on(p, "clump_aspect"):
+        return _launched(p, _add_clumps(p, centres, grain, rng), rng)
+    radii, sizes = material.size_classes(p), [0] * len(centres)
+    if len(radii) > 1:
+        sizes = rng.permutation(len(centres)) % len(radii)
+    ids = O.bodies.append([utils.sphere(tuple(c), radii[s], material=grain) for c, s in zip(centres, sizes, strict=True)])
+    if len(radii) > 1:
+        _sizes.update({i: (radii[s], O.bodies[i].state.mass) for i, s in zip(ids, sizes, strict=True)})
+    return _launched(p, ids, rng)
+
+
+def _add_clumps(p, centres, grain, rng):
+    """Clumps of two spheres; returns the ids of the clumps and remembers their spheres."""
+    radius, ids = material.clump_radius(p), []
+    for pair in effects.two_spheres(p, centres, rng):
+        clump, members = O.bodies.appendClumped([utils.sphere(tuple(c), radius, material=grain) for c in pair], discretization=10)
+        effects.weigh_clump(p, O.bodies[clump], [O.bodies[i] for i in members])
+        _members[clump] = members
+        ids.append(clump)
+    return ids
+
+
+def _spheres(ids):
+    """Ids of the spheres that grains consist of."""
+    return [m for i in ids for m in _members.get(i, (i,))]
+
+
+def _launched(p, ids, rng):
+    """Give grains their velocities and the effects that act on them; returns the ids."""
     random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
     for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3)), strict=True):
         O.bodies[i].state.vel = (velocity[0], velocity[1], velocity[2] - p["pouring_velocity"])
+    loop = list(O.engines)
+    O.engines = loop[:-1] + effects.engines(p, _spheres(ids)) + loop[-1:]
     return ids
 
 
@@ -153,11 +193,11 @@ def pouring_rate(p, centres):
 
 def fill(p, ids, diagnostics):
     """Let the cloud fall and settle."""
-    mass, begin, states, energy = material.grain_mass(p), O.time, states_of(ids), material.filling_energy(p)
+    begin, states, energy = O.time, states_of(ids), material.filling_energy(p)
     not_before = begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2
 
     def settled():
-        return O.time > not_before and stop.mean_kinetic_energy(states, mass) < energy
+        return O.time > not_before and kinetic_energy(p, states) < energy
 
     clock = time.process_time()
     stop.run_until(settled, p["sampling_interval"] * 5, p["longest_time"], "filling")
@@ -178,10 +218,15 @@ def finish(p, ids, diagnostics, released, clock, reason):
         steps=O.iter,
         release_time=O.time - released,
         stop_reason=reason,
-        kinetic_energy=stop.mean_kinetic_energy(states, mass),
+        kinetic_energy=kinetic_energy(p, states),
         rotational_energy=stop.mean_rotational_energy(states, mass, p["particle_radius"]),
         release_cpu=time.process_time() - clock,
     )
+
+
+def erase(i):
+    """Take a grain out of the scene for good."""
+    O.bodies.erase(i, bool(_members))
 
 
 def retire(ids, shift):
@@ -193,13 +238,41 @@ def retire(ids, shift):
     for i in ids:
         body = O.bodies[i]
         body.state.pos += shift
-        body.groupMask = 0
+        for part in {i, *_spheres([i])}:
+            O.bodies[part].groupMask = 0
         body.dynamic = False
         body.state.vel = body.state.angVel = (0, 0, 0)
 
 
-def positions(ids):
-    """Centres (n, 3) [m] of the grains."""
+def total_mass(p, ids):
+    """Mass of grains [kg], also of those that have been erased."""
+    return sum(_sizes[i][1] for i in ids) if _sizes else len(ids) * material.grain_mass(p)
+
+
+def share(p, part, whole):
+    """Mass of some grains over that of others."""
+    return total_mass(p, part) / total_mass(p, whole) if _sizes else len(part) / len(whole)
+
+
+def radii(p, ids):
+    """Radius [m] of the grains' spheres: one number where all have the same, else (n,)."""
     import numpy as np
 
-    return np.array([tuple(state.pos) for state in states_of(ids)]).reshape(-1, 3)
+    if _members:
+        return material.clump_radius(p)
+    return np.array([_sizes[i][0] for i in ids]) if _sizes else p["particle_radius"]
+
+
+def kinetic_energy(p, states):
+    """Mean translational kinetic energy of grains [J]."""
+    return stop.mean_kinetic_energy(states, None if _sizes else material.grain_mass(p))
+
+
+def positions(ids):
+    """Centres (n, 3) [m] of the grains, or of the spheres that they are clumped of."""
+    import numpy as np
+
+    if _members:
+        ids = [m for i in ids for m in _members[i]]
+
+    return np.array([tuple(state.pos) for state in states_of(_spheres(ids))]).reshape(-1, 3)

@@ -46,8 +46,8 @@ def _look():
         O.pause()
 
 
-def mean_kinetic_energy(states, mass):
-    """Mean translational kinetic energy of the grains [J].
+def mean_kinetic_energy(states, mass=None):
+    """Mean translational kinetic energy of grains of one mass [kg], or of each one's own [J].
 
     Translational only: a few grains spin about a vertical contact normal for ever, because nothing in the model
     resists that, and YADE's own kineticEnergy() would count them.
@@ -55,8 +55,9 @@ def mean_kinetic_energy(states, mass):
     total = 0.0
     for state in states:
         v = state.vel
-        total += v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-    return 0.5 * mass * total / len(states) if states else 0.0
+        square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+        total += square if mass is not None else square * state.mass
+    return 0.5 * (1 if mass is None else mass) * total / len(states) if states else 0.0
 
 
 def mean_rotational_energy(states, mass, radius):
