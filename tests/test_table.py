@@ -5,18 +5,31 @@ import ast
 import pytest
 
 from calibrator.errors import CalibratorError
-from calibrator.quantities import PARAMETERS, parameters_of
+from calibrator.quantities import EFFECTS, PARAMETERS, parameters_of
 from calibrator.table import Request, cell, write_table
 
 
 def test_a_request_is_complete_and_its_id_depends_on_every_parameter():
     request = Request.of("ledge", seed=3)
-    assert set(request.parameters) == set(parameters_of("ledge"))
+    assert set(request.parameters) == {n for n, q in parameters_of("ledge").items() if q.effect is None}
     ids = {request.run_id}
     for name, value in request.parameters.items():
         other = "epsd" if name == "rolling_spring" else 7 if name == "seed" else value * 1.01 or 1e-5
         ids.add(Request.of("ledge", **{"seed": 3, name: other}).run_id)
     assert len(ids) == 1 + len(request.parameters)
+
+
+def test_an_effect_that_is_off_leaves_a_request_as_it_was_before_there_were_effects(tmp_path):
+    """The run ids of shipped databases depend on it: this one is from before."""
+    off = Request.of("hourglass", **{n: q.default for n, q in EFFECTS.items()})
+    assert off == Request.of("hourglass") and off.run_id == "fa3594163ceac26f"
+    assert off.value("bond_number") == 0.0
+    on = Request.of("hourglass", bond_number=0.5)
+    assert on.run_id != off.run_id and on.value("bond_number") == 0.5
+    write_table(tmp_path / "t.table", [off, on])
+    header, *lines = (tmp_path / "t.table").read_text().splitlines()
+    assert set(header.split()) & set(EFFECTS) == {"bond_number"}
+    assert [line.split()[header.split().index("bond_number")] for line in lines] == ["0.0", "0.5"]
 
 
 def test_an_integer_and_the_equal_float_are_the_same_run():
