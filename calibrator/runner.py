@@ -288,12 +288,12 @@ def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
 
 def yade_batch_command() -> list[str]:
     """How yade-batch is called: with its servers cut off from the network where that is possible, and never orphaned."""
-    for program in ("yade-batch", "yade"):
+    for program in ("yade-batch", "yade", "setpriv"):
         if shutil.which(program) is None:
             raise CalibratorError(f"{program} is not installed: run `make yade` (apt-get install --no-install-recommends yade)")
     command = ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
     for namespace in (["unshare", "--map-root-user", "--net"], ["unshare", "--net"]):
-        if subprocess.run([*namespace, "true"], capture_output=True).returncode == 0:
+        if shutil.which("unshare") and subprocess.run([*namespace, "true"], capture_output=True).returncode == 0:
             return [*namespace, *command]
     log.warning("no network namespace here: yade-batch's status page (port 9080+) can be reached from other machines")
     return command
