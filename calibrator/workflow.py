@@ -100,9 +100,7 @@ class Workspace:
         if verb not in summary:
             raise CalibratorError(f"{verb} has not been done yet: run `calibrator {verb} {self.case.path}` first")
         if verb == "calibrate" and not _fits(self.case, summary[verb]):
-            raise CalibratorError(
-                f"the case has changed since it was calibrated: run `calibrator calibrate {self.case.path}` again"
-            )
+            raise CalibratorError(f"the case has changed since calibrate: run `calibrator calibrate {self.case.path}` again")
         return summary[verb]
 
 
