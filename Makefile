@@ -1,13 +1,14 @@
 # make demo   install what is missing, calibrate a sand on real YADE runs, write the report   (FRESH=1: no shipped runs)
 # make paper  the reference paper's case: calibrate on the shipped runs, fill docs/paper_case.md   (AFRESH=1: verify on YADE anew)
 # make test   install what is missing, run all checks and tests
+# make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo paper test lint lab yade clean
+.PHONY: demo paper test lint lab yade lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -37,14 +38,28 @@ yade:
 	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs Debian 12 and root or sudo" >&2; exit 1; }; \
 	fi
 
-$(VENV)/.done: pyproject.toml
+# Only the releases in the lock files, and only if their hashes agree; the build tool is among them.
+PIP := $(BIN)/pip install -q --disable-pip-version-check
+LOCKED := $(PIP) --require-hashes -r
+OWN := $(PIP) --no-deps --no-build-isolation -e .
+
+$(VENV)/.done: pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install -q --disable-pip-version-check -e .
+	$(LOCKED) requirements.lock
+	$(OWN)
 	touch $@
 
-$(VENV)/.done-test: $(VENV)/.done
-	$(BIN)/pip install -q --disable-pip-version-check -e '.[test]'
+$(VENV)/.done-test: $(VENV)/.done requirements-test.lock
+	$(LOCKED) requirements-test.lock
 	touch $@
+
+UV = .venv-lock/bin/uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
+lock:
+	$(PYTHON) -m venv .venv-lock && .venv-lock/bin/pip install -q uv
+	printf 'hatchling\neditables\n' > .venv-lock/build.in
+	$(UV) pyproject.toml .venv-lock/build.in -o requirements.lock
+	$(UV) pyproject.toml .venv-lock/build.in --extra test -c requirements.lock -o requirements-test.lock
+	rm -r .venv-lock
 
 clean:
 	rm -rf $(VENV) results

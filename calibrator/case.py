@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, shown
+from calibrator.files import named_file, read_text
 from calibrator.lab import read_lab
-from calibrator.problem import Parameter, Problem, Target, Value, checked_value, known
+from calibrator.problem import Parameter, Problem, Target, Value, checked_value, is_number, known
 from calibrator.quantities import PARAMETERS, SETUPS, parameters_of
+
+MOST_RUNS = 1_000_000  # of a plan; a slip of the pen is refused before it fills the memory
+MOST_EVALUATIONS = 10**9  # of a search, likewise
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,9 @@ class Plan:
 
     def __post_init__(self) -> None:
         known(self.design, ("grid", "sobol", "adaptive"), "plan.design")
-        _at_least("plan", self, sets=1, replicates=1, replicated_sets=0, most_runs=1, seed=0)
+        _within("plan", self, sets=(1, MOST_RUNS), replicates=(1, MOST_RUNS), replicated_sets=(0, MOST_RUNS))
+        # Above the largest seed, those of substitutes and of the adaptive design would meet those of the plan.
+        _within("plan", self, most_runs=(1, MOST_RUNS), seed=(0, 30_000_000))
 
 
 @dataclass(frozen=True)
@@ -64,11 +71,16 @@ class Search:
     repeats: int = 3
 
     def __post_init__(self) -> None:
-        _at_least("search", self, population=4, generations=1, crossover=0, mutation=0, seed=0, repeats=1)
-        if max(self.crossover, self.mutation) > 1:
-            raise CalibratorError("search: crossover and mutation are probabilities; give 0 to 1")
+        _within("search", self, population=(4, 10**6), generations=(1, 10**6), repeats=(1, 1000), seed=(0, 10**9))
+        _within("search", self, crossover=(0, 1), mutation=(0, 1))
+        if self.population * self.generations * self.repeats > MOST_EVALUATIONS:
+            raise CalibratorError(
+                f"search: population x generations x repeats is more than {MOST_EVALUATIONS:,}, which would take days: lower one"
+            )
         if len(self.objectives) < 1:
             raise CalibratorError("search.objectives is empty: name at least one objective, such as error")
+        if len(set(self.objectives)) < len(self.objectives):
+            raise CalibratorError("search.objectives names one twice: keep one of them")
 
 
 @dataclass(frozen=True)
@@ -85,7 +97,7 @@ class Replicates:
     shipped: str = ""
 
     def __post_init__(self) -> None:
-        _at_least("verify/validate", self, replicates=1, seed=0, spread_replicates=0)
+        _within("verify/validate", self, replicates=(1, 10_000), seed=(0, 2 * 10**9), spread_replicates=(0, 10_000))
 
 
 @dataclass(frozen=True)
@@ -98,7 +110,7 @@ class Running:
     shipped: str = ""
 
     def __post_init__(self) -> None:
-        _at_least("run", self, jobs=0, attempts=1, budget_core_hours=0)
+        _within("run", self, jobs=(0, 10_000), attempts=(1, 100), budget_core_hours=(0, 1e12))
 
 
 @dataclass(frozen=True)
@@ -117,10 +129,19 @@ class Case:
     truth: dict[str, float] = field(default_factory=dict)
     about: str = ""
 
+    def __post_init__(self) -> None:
+        sets = math.prod(p.samples for p in self.problem.parameters) if self.plan.design == "grid" else self.plan.sets
+        runs = sets * self.plan.replicates * len(self.problem.calibration_setups)
+        if runs > MOST_RUNS:
+            raise CalibratorError(f"the plan has {runs:,} runs: lower samples, sets or replicates to at most {MOST_RUNS:,} runs")
+        for key, settings in (("run", self.run), ("verify", self.verify), ("validate", self.validate)):
+            if settings.shipped:
+                named_file(self.path, settings.shipped, f"{key}.shipped")
+
     @property
     def shipped(self) -> Path | None:
         """The response database that may serve as a start, relative to the case file; None where none is named."""
-        return (self.path.parent / self.run.shipped) if self.run.shipped else None
+        return named_file(self.path, self.run.shipped, "shipped") if self.run.shipped else None
 
     def without_shipped_verification(self) -> Case:
         """The same case, for which verification and validation have to be run here."""
@@ -128,12 +149,16 @@ class Case:
         return dataclasses.replace(self, verify=verify, validate=validate)
 
 
-def _at_least(section: str, settings: Any, **bounds: float) -> None:
-    for name, bound in bounds.items():
+def _within(section: str, settings: Any, **bounds: tuple[float, float]) -> None:
+    for name, (low, high) in bounds.items():
         value = getattr(settings, name)
-        if not (isinstance(value, (int, float)) and math.isfinite(value) and value >= bound):
-            raise CalibratorError(f"{section}.{name} = {value!r}: give {bound} or more")
+        if not is_number(value) or value < low:
+            raise CalibratorError(f"{section}.{name} = {shown(value)}: give {low} or more")
+        if value > high:
+            raise CalibratorError(f"{section}.{name} = {shown(value)}: give {high:g} or less")
 
+
+CASE_MEGABYTES = 0.25
 
 SECTIONS = {
     "plan": Plan,
@@ -155,22 +180,34 @@ def read_case(path: str | Path) -> Case:
             ("name", "about", "measured", "parameters", "fixed", "setups", "targets", "truth_file", *SECTIONS),
             "key in the case file",
         )
-    if not isinstance(tables.get("name"), str) or not tables["name"].replace("_", "").isalnum():
-        raise CalibratorError('name is missing or not a plain word: add name = "my_sand" (letters, digits, underscores)')
+    if not isinstance(tables.get("name"), str) or not re.fullmatch("[A-Za-z0-9_]{1,64}", tables["name"]):
+        raise CalibratorError('name is missing or not a plain word: add name = "my_sand" (at most 64 of A-Z, a-z, 0-9 and _)')
     settings = {key: _build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
-    return Case(tables["name"], path, _problem(tables, path), about=str(tables.get("about", "")), truth=truth, **settings)
+    about = _typed("about", "str", tables.get("about", ""))
+    return Case(tables["name"], path, _problem(tables, path), about=about, truth=truth, **settings)
 
 
 def _load(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text())
+        return _plain(tomllib.loads(read_text(path, CASE_MEGABYTES)))
     except FileNotFoundError:
         raise CalibratorError(f"no case file {path}: give the path of a TOML file such as cases/coarse_sand.toml") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise CalibratorError(f"cannot read {path} ({error}): give a readable TOML file") from None
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also an integer of thousands of digits, and brackets without end
         raise CalibratorError(f"{path} is not valid TOML ({error}): correct that line") from None
+
+
+def _plain(value: Any, depth: int = 0) -> Any:
+    """The value itself; ValueError where it is nested deeper than any case, or an integer is none by TOML's own limit."""
+    if depth > 10:
+        raise ValueError("tables or lists nested more than ten deep")
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError("an integer beyond 64 bits")
+    for one in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        _plain(one, depth + 1)
+    return value
 
 
 def _build(cls: type, table: Any, where: str) -> Any:
@@ -199,16 +236,11 @@ def _typed(where: str, annotation: str, value: Any) -> Any:
         return value
     if annotation == "str" and isinstance(value, str):
         return value
-    raise CalibratorError(f"{where} = {value!r}: give a value of type {annotation}")
+    raise CalibratorError(f"{where} = {shown(value)}: give a value of type {annotation}")
 
 
 def _problem(tables: dict[str, Any], path: Path) -> Problem:
-    parameters = tuple(
-        _build(
-            Parameter, {"name": known(name, PARAMETERS, "parameter"), **_table(spec, f"parameters.{name}")}, f"parameters.{name}"
-        )
-        for name, spec in _table(tables.get("parameters", {}), "parameters").items()
-    )
+    parameters = tuple(_parameter(name, spec) for name, spec in _table(tables.get("parameters", {}), "parameters").items())
     fixed = {n: checked_value(n, v) for n, v in _table(tables.get("fixed", {}), "fixed").items()}
     if "seed" in fixed:
         raise CalibratorError("seed cannot be fixed: replicates need different seeds; set plan.seed instead")
@@ -220,6 +252,13 @@ def _problem(tables: dict[str, Any], path: Path) -> Problem:
         fixed=fixed,
         setups=_setups(tables),
     )
+
+
+def _parameter(name: str, spec: Any) -> Parameter:
+    where = f"parameters.{known(name, PARAMETERS, 'parameter')}"
+    if "name" in _table(spec, where):
+        raise CalibratorError(f"{where} has a key name: remove it, the table's heading is the name")
+    return _build(Parameter, {"name": name, **spec}, where)
 
 
 def _setups(tables: dict[str, Any]) -> dict[str, dict[str, Value]]:
@@ -243,7 +282,7 @@ def _targets(tables: dict[str, Any], path: Path) -> list[tuple[str, Target]]:
     if not isinstance(tables.get("measured"), str):
         raise CalibratorError('measured is missing: add measured = "lab.csv", the file with the measured responses')
     options = _table(tables.get("targets", {}), "targets")
-    rows = read_lab(path.parent / tables["measured"])
+    rows = read_lab(named_file(path, tables["measured"], "measured"))
     keys = [target.key for _, target in rows]
     targets = []
     for role, target in rows:
@@ -259,5 +298,8 @@ def _targets(tables: dict[str, Any], path: Path) -> list[tuple[str, Target]]:
 
 def _truth(path: Path, name: Any) -> dict[str, float]:
     """The parameters behind a synthetic lab, read only to print how far the calibration is from them."""
-    tables = _load(path.parent / str(name))
-    return {known(k, PARAMETERS, "parameter"): float(v) for k, v in _table(tables.get("parameters", {}), "parameters").items()}
+    tables = _load(named_file(path, _typed("truth_file", "str", name), "truth_file"))
+    for key in tables:
+        known(key, ("parameters",), "table in the truth file")
+    given = _table(tables.get("parameters", {}), "parameters").items()
+    return {n: _typed(f"{name}: {n}", "float", checked_value(n, v)) for n, v in given}

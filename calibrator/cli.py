@@ -9,11 +9,11 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from calibrator import __version__
 from calibrator.case import read_case
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, one_line
 from calibrator.runner import Progress
 
 Outcome = dict[str, Any]
@@ -32,7 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         return 0
     except OSError as error:
-        print(f"calibrator: {error}: free space or mend the permissions, then run the same command again", file=sys.stderr)
+        remedy = "free space or mend the permissions, then run the same command again"
+        print(f"calibrator: {one_line(str(error))}: {remedy}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("\ncalibrator: interrupted; finished runs are kept, the same command goes on from them", file=sys.stderr)
@@ -43,14 +44,29 @@ def _interrupt(*_: Any) -> None:
     raise KeyboardInterrupt
 
 
+class _Parser(argparse.ArgumentParser):
+    """argparse, with errors of one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with status 2."""
+        self.exit(2, f"{self.prog}: {one_line(message)}: see {self.prog} --help\n")
+
+
+def _path(text: str) -> Path:
+    """A path that is one. An empty argument, such as that of an unset variable of the shell, would be the present folder."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a path")
+    return Path(text)
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="calibrator", description="Calibrate the particle parameters of a DEM model with YADE.")
+    parser = _Parser(prog="calibrator", description="Calibrate the particle parameters of a DEM model with YADE.")
     parser.add_argument("--version", action="version", version=__version__)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for verb, (about, _, _) in {**VERBS, "all": ("every verb in this order", None, None)}.items():
         own = verbs.add_parser(verb, help=about, description=about)
-        own.add_argument("case", metavar="CASE", help="case file (TOML)")
-        own.add_argument("--results", type=Path, default=Path("results"), help="where results go (default: ./results)")
+        own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
+        own.add_argument("--results", type=_path, default=Path("results"), help="where results go (default: ./results)")
         own.add_argument("--fresh", action="store_true", help="ignore the shipped database: run everything here")
         own.add_argument("--verify-afresh", action="store_true", help="ignore shipped runs of verification and validation only")
     return parser
@@ -68,11 +84,17 @@ def _do(options: argparse.Namespace) -> int:
     for verb in verbs:
         _, load, describe = VERBS[verb]
         outcome = load()(space)
-        print(f"{verb}: {describe(outcome)}")
+        _say(f"{verb}: {describe(outcome)}")
         good = good and (verb != "verify" or outcome["passed"])  # a missed validation is a finding, not a failure
     if options.verb != "all" and verbs[0] != "report":
-        print(f"next: calibrator {list(VERBS)[list(VERBS).index(verbs[0]) + 1]} {options.case}")
+        _say(f"next: calibrator {list(VERBS)[list(VERBS).index(verbs[0]) + 1]} {options.case}")
     return 0 if good else 1
+
+
+def _say(text: str) -> None:
+    """Print what a terminal of any encoding can show: a path may hold bytes that are no text at all."""
+    encoding = sys.stdout.encoding or "utf-8"
+    print(text.encode(encoding, "backslashreplace").decode(encoding))
 
 
 def _workflow(name: str, with_progress: bool = False) -> Callable[[], Callable[[Any], Outcome]]:

@@ -51,7 +51,7 @@ def steps(request: Request) -> int:
         release = 3 * math.sqrt(2 * p["fill_height"] / GRAVITY)
     else:
         release = p["lift_height"] / p["lift_speed"]
-    return round((filling + release + settling) / dt)
+    return round(min((filling + release + settling) / dt, 1e18))  # a step may be so small that the quotient is infinite
 
 
 def contact_time(p: Mapping[str, float]) -> float:

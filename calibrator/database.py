@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import os
+import csv
+import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from calibrator.errors import CalibratorError
-from calibrator.problem import Problem, known
+from calibrator.errors import CalibratorError, one_line
+from calibrator.files import read_text, write_text
+from calibrator.problem import LARGEST, Problem, known
 from calibrator.quantities import PARAMETERS, RESPONSES, SCHEMA, SETUPS, STATUSES, parameters_of
 from calibrator.records import Record
 from calibrator.table import Request
@@ -42,33 +44,43 @@ class Database:
         notes = [f"response database, schema {SCHEMA}", *note.splitlines(), _units(parameters, responses)]
         head = "".join(f"# {line}\n" for line in notes)
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-        temporary.write_text(head + frame.to_csv(index=False, lineterminator="\n"))
-        os.replace(temporary, path)
+        write_text(path, head + frame.to_csv(index=False, lineterminator="\n"))
 
     @classmethod
     def read(cls, path: Path) -> Database:
         """Read a CSV that `write` made. Raises CalibratorError with the line and the remedy."""
         try:
-            lines = path.read_text().splitlines()
-        except (OSError, UnicodeDecodeError) as error:
+            lines = read_text(path).splitlines(keepends=True)
+        except OSError as error:
             raise CalibratorError(
                 f"cannot read the database {path} ({error}): correct the path or run `calibrator collect`"
             ) from None
         notes = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
         if not lines or not lines[0].startswith(f"# response database, schema {SCHEMA}") or notes == len(lines):
             raise CalibratorError(f"{path} is not a response database of schema {SCHEMA}: make it anew with `calibrator collect`")
+        rows = csv.reader(io.StringIO("".join(lines[notes:]), newline=""), strict=True)
+        database, columns = cls(), None
         try:
-            frame = pd.read_csv(path, skiprows=notes, dtype=str, keep_default_na=False)
-        except ValueError as error:
-            raise CalibratorError(f"{path}: {str(error).strip()}; restore the file from its source") from None
-        records = []
-        for number, row in enumerate(frame.to_dict("records"), notes + 2):
-            try:
-                records.append(_record(row))
-            except (CalibratorError, ValueError, TypeError, KeyError) as error:
-                raise CalibratorError(f"{path} line {number}: {error}; restore the file from its source") from None
-        return cls(records)
+            columns = _columns(next(rows))
+            for cells in rows:
+                record = _record(dict(zip(columns, cells, strict=True)))
+                if record.run_id in database.records:
+                    raise ValueError(f"run {record.run_id} stands there twice")
+                database.records[record.run_id] = record
+        except (CalibratorError, ValueError, csv.Error, StopIteration) as error:
+            where = f"{path} line {notes + rows.line_num}"
+            raise CalibratorError(f"{where}: {error}; restore the file from its source") from None
+        return database
+
+
+def _columns(names: list[str]) -> list[str]:
+    """The header, if every column is known and none is missing or given twice; else ValueError."""
+    for name in names:
+        known(name, (*LEADING, *PARAMETERS, *RESPONSES, *TRAILING), "column")
+    missing = [n for n in (*LEADING, *TRAILING) if n not in names]
+    if missing or len(set(names)) < len(names):
+        raise ValueError(f"no column {missing[0]}" if missing else "a column is given twice")
+    return names
 
 
 def _units(parameters: list[str], responses: list[str]) -> str:
@@ -88,7 +100,7 @@ def _row(record: Record, parameters: list[str], responses: list[str]) -> list[st
         _text(record.diagnostics.get("steps")),
         _text(record.provenance.get("yade")),
         _text(record.provenance.get("scripts")),
-        record.error,
+        one_line(record.error),
     ]
 
 
@@ -102,12 +114,16 @@ def _record(row: dict[str, str]) -> Record:
     request = Request.of(setup, **given)
     if request.run_id != row["run_id"]:
         raise ValueError(f"run id {row['run_id']} does not belong to these parameters")
-    responses = {n: float(row[n]) for n in RESPONSES if row.get(n)}
-    if not all(np.isfinite(list(responses.values()))):
+    responses = {known(n, _measured_by(setup), f"response of {setup}"): float(row[n]) for n in RESPONSES if row.get(n)}
+    if not all(abs(value) <= LARGEST for value in responses.values()):
         raise ValueError("a response is not finite")
-    diagnostics = {n: int(row[n]) for n in ("particles", "steps") if row.get(n)}
-    provenance = {n: row[n] for n in ("yade", "scripts") if row.get(n)}
-    return Record(request, known(row["status"], STATUSES, "status"), responses, row["error"], diagnostics, provenance)
+    diagnostics = {n: int(row[n]) for n in ("particles", "steps") if row[n]}
+    provenance = {n: one_line(row[n]) for n in ("yade", "scripts") if row[n]}
+    return Record(request, known(row["status"], STATUSES, "status"), responses, one_line(row["error"]), diagnostics, provenance)
+
+
+def _measured_by(setup: str) -> list[str]:
+    return [n for n, quantity in RESPONSES.items() if setup in quantity.setups]
 
 
 def _value(name: str, text: str) -> float | int | str:

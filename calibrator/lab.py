@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 from calibrator.errors import CalibratorError
+from calibrator.files import read_text
 from calibrator.problem import Target, known
 from calibrator.quantities import RESPONSES
 
@@ -21,16 +22,15 @@ def read_lab(path: Path) -> list[tuple[str, Target]]:
     Returns (role, Target) pairs. Raises CalibratorError with the line number and the remedy.
     """
     try:
-        lines = path.read_text().splitlines()
+        lines = read_text(path, 1).splitlines()
     except FileNotFoundError:
         raise CalibratorError(f"no lab file {path}: create it with the columns {','.join(COLUMNS)}") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise CalibratorError(f"cannot read {path} ({error}): save it as UTF-8 text") from None
     numbered = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if not numbered or tuple(numbered[0][1].split(",")) != COLUMNS:
         raise CalibratorError(f"{path}: the header must be {','.join(COLUMNS)}; correct the first line")
-    rows = list(csv.reader(line for _, line in numbered[1:]))
-    targets = [_row(f"{path} line {i}", cells) for (i, _), cells in zip(numbered[1:], rows, strict=True)]
+    targets = [_row(f"{path} line {i}", line) for i, line in numbered[1:]]
     keys = [target.key for _, target in targets]
     for key in keys:
         if keys.count(key) > 1:
@@ -38,7 +38,11 @@ def read_lab(path: Path) -> list[tuple[str, Target]]:
     return targets
 
 
-def _row(where: str, cells: list[str]) -> tuple[str, Target]:
+def _row(where: str, line: str) -> tuple[str, Target]:
+    try:
+        (cells,) = csv.reader([line], strict=True)  # line by line: an open quotation mark must not swallow the next row
+    except csv.Error as error:
+        raise CalibratorError(f"{where}: {error}; write plain words and numbers between commas") from None
     if len(cells) != len(COLUMNS):
         raise CalibratorError(f"{where}: {len(cells)} cells instead of {len(COLUMNS)}; fill in {','.join(COLUMNS)}")
     setup, response, value, scatter, replicates, unit, role = (cell.strip() for cell in cells)

@@ -10,10 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, shown
 from calibrator.quantities import PARAMETERS, RESPONSES, SETUPS
 
 Value = float | int | str
+
+LARGEST, SMALLEST = 1e30, 1e-30
+"""Magnitudes of a measured value: no bulk response lies outside, and squares stay far from the ends of a float."""
+
+WIDEST_LOG_SCALE = 1e12
 
 
 def known(name: str, names: Iterable[str], what: str) -> str:
@@ -21,9 +26,14 @@ def known(name: str, names: Iterable[str], what: str) -> str:
     names = list(names)
     if name in names:
         return name
-    close = difflib.get_close_matches(str(name), names, 1)
+    close = difflib.get_close_matches(name, names, 1) if isinstance(name, str) and len(name) < 100 else []
     hint = f"did you mean {close[0]}?" if close else "use one of " + ", ".join(names)
-    raise CalibratorError(f"unknown {what} {name!r}: {hint}")
+    raise CalibratorError(f"unknown {what} {shown(name)}: {hint}")
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is an integer or a finite float; True and False are not, though Python counts them as integers."""
+    return isinstance(value, int) and not isinstance(value, bool) or isinstance(value, float) and math.isfinite(value)
 
 
 def checked_value(name: str, value: Any) -> Value:
@@ -31,13 +41,13 @@ def checked_value(name: str, value: Any) -> Value:
     quantity = PARAMETERS[known(name, PARAMETERS, "parameter")]
     if quantity.choices is not None:
         if value not in quantity.choices:
-            raise CalibratorError(f"{name} = {value!r}: choose one of {', '.join(quantity.choices)}")
+            raise CalibratorError(f"{name} = {shown(value)}: choose one of {', '.join(quantity.choices)}")
         return str(value)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise CalibratorError(f"{name} = {value!r}: give a finite number in {quantity.unit}")
+    if not is_number(value):
+        raise CalibratorError(f"{name} = {shown(value)}: give a finite number in {quantity.unit}")
     assert quantity.low is not None and quantity.high is not None
     if not quantity.low <= value <= quantity.high:
-        raise CalibratorError(f"{name} = {value!r}: give a value from {quantity.low:g} to {quantity.high:g} {quantity.unit}")
+        raise CalibratorError(f"{name} = {shown(value)}: give a value from {quantity.low:g} to {quantity.high:g} {quantity.unit}")
     if quantity.unit == "integer" and value != int(value):
         raise CalibratorError(f"{name} = {value!r}: give a whole number")
     return int(value) if quantity.unit == "integer" else float(value)
@@ -72,6 +82,8 @@ class Parameter:
         known(self.scale, ("linear", "log"), f"scale of {self.name}")
         if self.scale == "log" and self.low <= 0:
             raise CalibratorError(f"{self.name}: a log scale needs low above zero, it is {self.low:g}")
+        if self.scale == "log" and self.high / self.low > WIDEST_LOG_SCALE:
+            raise CalibratorError(f"{self.name}: high is {self.high / self.low:.1g} times low; narrow the bounds of a log scale")
 
     def values_at(self, shares: np.ndarray) -> np.ndarray:
         """Values at shares 0 to 1 of the way from low to high on the parameter's scale, the shape of shares."""
@@ -103,15 +115,17 @@ class Target:
             raise CalibratorError(
                 f"{self.setup} does not measure {self.response}: use {' or '.join(RESPONSES[self.response].setups)}"
             )
-        if not math.isfinite(self.value) or self.value == 0:
+        if not SMALLEST <= abs(self.value) <= LARGEST:
             raise CalibratorError(f"target {self.key} = {self.value}: give a finite value other than zero")
-        for name in ("scatter", "weight", "tolerance"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise CalibratorError(f"target {self.key}: {name} = {getattr(self, name)}; give zero or a positive number")
+        for name, most in (("scatter", LARGEST), ("weight", 1e6), ("tolerance", 1e6)):
+            if not 0 <= getattr(self, name) <= most:
+                raise CalibratorError(
+                    f"target {self.key}: {name} = {getattr(self, name)}; give zero or a positive number, at most {most:g}"
+                )
         if self.scatter == 0 and self.tolerance == 0:
             raise CalibratorError(f"target {self.key} has neither scatter nor tolerance: give at least one of them")
-        if self.replicates < 1:
-            raise CalibratorError(f"target {self.key}: replicates = {self.replicates}; give 1 or more")
+        if not 1 <= self.replicates <= 1_000_000:
+            raise CalibratorError(f"target {self.key}: replicates = {shown(self.replicates)}; give 1 to 1000000")
 
     @property
     def key(self) -> str:
@@ -148,6 +162,9 @@ class Problem:
         clash = sorted(set(names) & set(self.fixed))
         if clash:
             raise CalibratorError(f"{clash[0]} is both calibrated and fixed: remove it from one of the two")
+        for setup, own in self.setups.items():
+            for name in sorted(own.keys() & {*names, "seed"}):  # it would silently win over every set's own value
+                raise CalibratorError(f"setups.{setup}.{name} is what the plan sets: remove it")
 
     @property
     def names(self) -> list[str]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from calibrator.errors import one_line, shown
+from calibrator.files import parse_json, read_text
+from calibrator.problem import LARGEST, is_number
 from calibrator.quantities import DIAGNOSTICS, RESPONSES, SCHEMA, STATUSES
 from calibrator.table import Request
 
@@ -15,8 +16,18 @@ KEYS = {"schema", "setup", "run_id", "parameters", "status", "responses", "error
 OPTIONAL = {"traceback"}
 
 
+TEXTS, NUMBERS = {"yade", "scripts", "host"}, {"started", "wall_time"}
+"""What the provenance may hold."""
+
+COUNTS = {"particles", "particles_left", "steps"}
+"""Diagnostics that are whole numbers."""
+
+
 class InvalidRecord(ValueError):
-    """A record that must not be believed; the message says why."""
+    """A record that must not be believed; the message, one line, says why."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message))
 
 
 @dataclass(frozen=True)
@@ -43,19 +54,15 @@ def read_record(path: Path, request: Request) -> Record:
     unknown keys, or echoes other parameters than were asked for.
     """
     try:
-        raw = json.loads(path.read_text(), parse_constant=_refuse_constant)
+        raw = parse_json(read_text(path, 16, links=False))
     except FileNotFoundError:
         raise
-    except (OSError, UnicodeDecodeError, ValueError) as error:
+    except (OSError, ValueError) as error:
         raise InvalidRecord(f"not readable as JSON: {error}") from None
     _check_shape(raw)
     _check_echo(raw, request)
     responses = {_known_response(n, request.setup): _finite(n, v) for n, v in raw["responses"].items()}
-    return Record(request, raw["status"], responses, raw["error"] or "", raw["diagnostics"], raw["provenance"])
-
-
-def _refuse_constant(text: str) -> float:
-    raise ValueError(f"{text} is not a number")
+    return Record(request, raw["status"], responses, one_line(raw["error"] or ""), raw["diagnostics"], raw["provenance"])
 
 
 def _check_shape(raw: Any) -> None:
@@ -64,24 +71,41 @@ def _check_shape(raw: Any) -> None:
     missing, unknown = KEYS - set(raw), set(raw) - KEYS - OPTIONAL
     if missing or unknown:
         raise InvalidRecord(f"missing keys {sorted(missing)}, unknown keys {sorted(unknown)}")
-    if raw["schema"] != SCHEMA:
-        raise InvalidRecord(f"schema version {raw['schema']!r} instead of {SCHEMA}")
-    if raw["status"] not in STATUSES:
-        raise InvalidRecord(f"unknown status {raw['status']!r}")
+    if raw["schema"] != SCHEMA or isinstance(raw["schema"], bool):
+        raise InvalidRecord(f"schema version {shown(raw['schema'])} instead of {SCHEMA}")
+    if not isinstance(raw["status"], str) or raw["status"] not in STATUSES:
+        raise InvalidRecord(f"unknown status {shown(raw['status'])}")
+    if not isinstance(raw["error"], str | None):
+        raise InvalidRecord("error is not a text")
     for key in ("parameters", "responses", "diagnostics", "provenance"):
         if not isinstance(raw[key], dict):
             raise InvalidRecord(f"{key} is not an object")
     unknown = set(raw["diagnostics"]) - set(DIAGNOSTICS)
     if unknown:
         raise InvalidRecord(f"unknown diagnostics {sorted(unknown)}")
+    texts = {n for n, unit in DIAGNOSTICS.items() if unit == "text"}
+    _check_values("diagnostics", raw["diagnostics"], texts, set(DIAGNOSTICS) - texts)
+    _check_values("provenance", raw["provenance"], TEXTS, NUMBERS)
+
+
+def _check_values(section: str, given: dict[str, Any], texts: set[str], numbers: set[str]) -> None:
+    """Whatever follows computes with the numbers and writes the texts into lines of CSV."""
+    for name, value in given.items():
+        if name in texts and not (isinstance(value, str) and value.isprintable()):
+            raise InvalidRecord(f"{section}.{name} is not one line of text")
+        if name in numbers and not (is_number(value) and abs(value) <= LARGEST):
+            raise InvalidRecord(f"{section}.{name} = {shown(value)} is not a number")
+        if name in COUNTS and not isinstance(value, int):
+            raise InvalidRecord(f"{section}.{name} = {shown(value)} is not a whole number")
 
 
 def _check_echo(raw: dict[str, Any], request: Request) -> None:
     if raw["setup"] != request.setup or raw["run_id"] != request.run_id:
-        raise InvalidRecord(f"answers run {raw['run_id']!r} of {raw['setup']!r}, not the one asked for")
-    if raw["parameters"] != request.parameters:
-        names = set(raw["parameters"]) | set(request.parameters)
-        wrong = sorted(n for n in names if raw["parameters"].get(n) != request.parameters.get(n))
+        raise InvalidRecord(f"answers run {shown(raw['run_id'])} of {shown(raw['setup'])}, not the one asked for")
+    echo, names = raw["parameters"], set(raw["parameters"]) | set(request.parameters)
+    # Python's True equals 1, a record's does not.
+    wrong = sorted(n for n in names if echo.get(n) != request.parameters.get(n) or isinstance(echo.get(n), bool))
+    if wrong:
         raise InvalidRecord(f"was run with another value of {', '.join(wrong)} than asked for")
 
 
@@ -92,6 +116,6 @@ def _known_response(name: str, setup: str) -> str:
 
 
 def _finite(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InvalidRecord(f"response {name} = {value!r} is not a finite number")
+    if not is_number(value) or abs(value) > LARGEST:
+        raise InvalidRecord(f"response {name} = {shown(value)} is not a finite number")
     return float(value)

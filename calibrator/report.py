@@ -16,6 +16,7 @@ import numpy as np
 from calibrator import __version__, plot
 from calibrator.database import response_table
 from calibrator.errors import CalibratorError
+from calibrator.files import read_arrays, read_text, write_text
 from calibrator.interpolation import Interpolant, average_replicates
 from calibrator.nsga2 import SearchResult
 from calibrator.objectives import OBJECTIVES
@@ -71,14 +72,13 @@ def write_report(space: Workspace) -> dict[str, Any]:
     Returns {"page": path, "figures": paths}. Raises CalibratorError where `calibrate` has not been done.
     """
     findings = Findings.of(space)
-    folder = space.path / "figures"
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = space.folder("figures")
     for old in folder.glob("*.png"):
         old.unlink()
     album = Album(folder)
     whole = page(space.case.name, [make(findings, album) for make in SECTIONS])
     path = space.path / "report.html"
-    path.write_text(whole, encoding="utf-8")
+    write_text(path, whole)
     return space.note("report", {"page": str(path), "figures": [str(p) for p in album.paths]})
 
 
@@ -347,15 +347,27 @@ def _by_distance(findings: Findings, records: Sequence[Record]) -> list[Record]:
     return sorted(records, key=distance)
 
 
+def _checked_curves(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The arrays, if they have the shapes that the figures need; else ValueError."""
+    for name in {"filled", "final"} & set(arrays):
+        if arrays[name].ndim != 2 or arrays[name].shape[1] != 3 or not np.isfinite(arrays[name]).all():
+            raise ValueError(f"{name} is not a list of grain centres")
+    if "filled" in arrays and not len(arrays["filled"]):
+        raise ValueError("filled holds no grain")
+    for across, up in (("time", "passed_mass"), ("profile_x", "profile_height"), ("profile_radius", "profile_height")):
+        if across in arrays and (arrays[across].ndim != 1 or up not in arrays or arrays[up].shape != arrays[across].shape):
+            raise ValueError(f"{across} and {up} are not the two columns of a curve")
+    return arrays
+
+
 def _curves(findings: Findings, record: Record) -> dict[str, np.ndarray]:
     """Arrays of a run; empty where it left none (shipped runs do not come with theirs)."""
     path = findings.space.runs.curves(record.run_id)
     try:
-        with np.load(path) as arrays:
-            return {name: arrays[name].astype(float) for name in arrays.files}
+        return _checked_curves(read_arrays(path))
     except FileNotFoundError:
         return {}
-    except (OSError, ValueError, EOFError) as error:
+    except ValueError as error:
         raise CalibratorError(f"{path} is damaged ({error}): delete it and its record, then run the verbs again") from None
 
 
@@ -720,7 +732,7 @@ def _distinct(records: Sequence[Record], key: str) -> str:
 
 def _case_text(path: Path) -> str:
     try:
-        return path.read_text()
+        return read_text(path)
     except OSError as error:
         return f"(the case file cannot be read any more: {error})"
 
@@ -728,11 +740,11 @@ def _case_text(path: Path) -> str:
 def _spent_on_plan(findings: Findings) -> str:
     """Core-seconds from timings.csv, which knows the runs made here but not those that were shipped."""
     try:
-        rows = list(csv.DictReader((findings.space.path / "timings.csv").read_text().splitlines()))
+        rows = list(csv.DictReader(read_text(findings.space.path / "timings.csv", links=False).splitlines()))
         spent = sum(float(row["filling_cpu"]) + float(row["release_cpu"]) for row in rows)
     except FileNotFoundError:
         return "timings.csv is missing: run `calibrator collect`"
-    except (KeyError, TypeError, ValueError) as error:
+    except (OSError, KeyError, TypeError, ValueError, csv.Error) as error:
         raise CalibratorError(f"{findings.space.path}/timings.csv is damaged ({error}): run `calibrator collect` again") from None
     return f"{number(spent)} in {len(rows)} runs made here"
 

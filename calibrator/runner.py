@@ -13,9 +13,11 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from calibrator.cost import core_seconds
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, one_line
+from calibrator.files import own_folder, parse_json, read_text, write_text
 from calibrator.quantities import SCRIPTS
 from calibrator.records import InvalidRecord, Record, read_record
 from calibrator.table import Request, write_table
@@ -58,28 +60,39 @@ class RunFolder:
     def failures(self) -> dict[str, dict[str, str | int]]:
         """{run id: kind, message and attempts} of the runs that ended without a good record."""
         try:
-            return json.loads((self.path / "failures.json").read_text())
+            return _checked_failures(parse_json(read_text(self.path / "failures.json", links=False)))
         except FileNotFoundError:
             return {}
-        except ValueError as error:
+        except (OSError, ValueError) as error:
             raise CalibratorError(
                 f"{self.path}/failures.json is damaged ({error}): delete it, failed runs are tried again"
             ) from None
 
     def write_failures(self, failures: dict[str, dict[str, str | int]]) -> None:
         """Replace the list of failures atomically."""
-        temporary = self.path / f"failures.{os.getpid()}.tmp"
-        temporary.write_text(json.dumps(failures, indent=1, sort_keys=True) + "\n")
-        os.replace(temporary, self.path / "failures.json")
+        write_text(self.path / "failures.json", json.dumps(failures, indent=1, sort_keys=True) + "\n")
 
     def prepare(self) -> None:
         """Make the folders, and a link to the scripts so that no path with blanks reaches yade-batch's shell."""
+        own_folder(self.path)
         for name in ("records", "logs", "batches", "locks"):
-            (self.path / name).mkdir(parents=True, exist_ok=True)
+            own_folder(self.path / name)
         link = self.path / "scripts"
         if not link.exists() or link.resolve() != SCRIPTS:
-            link.unlink(missing_ok=True)
+            try:
+                link.unlink(missing_ok=True)
+            except IsADirectoryError:
+                raise CalibratorError(f"{link} is a folder, and the link to YADE's scripts goes there: remove it") from None
             link.symlink_to(SCRIPTS, target_is_directory=True)
+
+
+def _checked_failures(raw: Any) -> dict[str, dict[str, str | int]]:
+    """The list of failures, if it is one; else ValueError."""
+    shape = {"kind": str, "message": str, "attempts": int}
+    for run_id, entry in raw.items() if isinstance(raw, dict) else [("the file", raw)]:
+        if not isinstance(entry, dict) or {k: type(v) for k, v in entry.items()} != shape or entry["kind"] not in RETRIED:
+            raise ValueError(f"{run_id} does not give a kind, a message and attempts")
+    return raw
 
 
 def gather(folder: RunFolder, requests: Sequence[Request]) -> list[Record]:
@@ -91,7 +104,7 @@ def gather(folder: RunFolder, requests: Sequence[Request]) -> list[Record]:
         except (FileNotFoundError, InvalidRecord):
             if request.run_id in failures:
                 failure = failures[request.run_id]
-                records.append(Record(request, str(failure["kind"]), error=str(failure["message"])))
+                records.append(Record(request, str(failure["kind"]), error=one_line(str(failure["message"]))))
     return records
 
 
@@ -153,6 +166,7 @@ def _run_batch(
     for request in batch:  # a record of a failed attempt would make the wrapper believe that the run is done
         folder.record(request).unlink(missing_ok=True)
         folder.log(request).unlink(missing_ok=True)
+        _refuse_link(folder.path / "locks" / request.run_id)
     setups = {r.setup for r in batch}
     name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
     write_table(folder.path / name, batch)
@@ -174,7 +188,7 @@ def _run_batch(
         name,
         *(f"scripts/{setup}.py" for setup in setups if len(setups) == 1),
     ]
-    with open(folder.path / "logs" / "yade-batch.log", "ab") as output:
+    with open(_refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
         process = subprocess.Popen(
             [*command, *arguments],
             cwd=folder.path,
@@ -189,6 +203,13 @@ def _run_batch(
         finally:
             _kill_group(process)
     _note_failures(folder, batch)
+
+
+def _refuse_link(path: Path) -> Path:
+    """A file that is going to be written in place; a link there is removed, lest it leads out of the results folder."""
+    if path.is_symlink():
+        path.unlink()
+    return path
 
 
 def _watch(
@@ -247,7 +268,7 @@ def _note_failures(folder: RunFolder, batch: list[Request]) -> None:
 
 def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
     """What became of a run without a valid record, from the summary that yade-batch appends to its log."""
-    text = path.read_text(errors="replace") if path.exists() else ""
+    text = path.read_text("utf-8", errors="replace") if path.is_file() else ""
     status = re.search(r"^status  : (\d+)", text, re.MULTILINE)
     if isinstance(why, InvalidRecord):
         return "lost", f"invalid record: {why}"
@@ -267,12 +288,12 @@ def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
 
 def yade_batch_command() -> list[str]:
     """How yade-batch is called: with its servers cut off from the network where that is possible, and never orphaned."""
-    for program in ("yade-batch", "yade"):
+    for program in ("yade-batch", "yade", "setpriv"):
         if shutil.which(program) is None:
             raise CalibratorError(f"{program} is not installed: run `make yade` (apt-get install --no-install-recommends yade)")
     command = ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
     for namespace in (["unshare", "--map-root-user", "--net"], ["unshare", "--net"]):
-        if subprocess.run([*namespace, "true"], capture_output=True).returncode == 0:
+        if shutil.which("unshare") and subprocess.run([*namespace, "true"], capture_output=True).returncode == 0:
             return [*namespace, *command]
     log.warning("no network namespace here: yade-batch's status page (port 9080+) can be reached from other machines")
     return command

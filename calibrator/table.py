@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from calibrator.errors import CalibratorError
+from calibrator.files import write_text
 from calibrator.problem import Value, checked_value, known
 from calibrator.quantities import PARAMETERS, SCHEMA, SETUPS, parameters_of
 
@@ -23,7 +23,7 @@ class Request:
     parameters: dict[str, Value]
 
     @classmethod
-    def of(cls, setup: str, **given: Value) -> Request:
+    def of(cls, setup: str, /, **given: Value) -> Request:
         """Complete the given parameters with the contract's defaults, leave out effects that are off.
 
         Raises CalibratorError for bad names or values.
@@ -75,6 +75,4 @@ def write_table(path: Path, requests: Sequence[Request]) -> None:
     for r in requests:
         values = [cell(n, r.parameters.get(n, PARAMETERS[n].default)) for n in names]
         lines.append(" ".join([r.run_id, *(f"scripts/{r.setup}.py" for _ in script), *values]))
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-    temporary.write_text("\n".join(lines) + "\n")
-    os.replace(temporary, path)
+    write_text(path, "\n".join(lines) + "\n")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,12 +19,13 @@ from calibrator.coordinates import fit_responses
 from calibrator.cost import core_seconds, particles, steps
 from calibrator.database import Database, response_table
 from calibrator.errors import CalibratorError
+from calibrator.files import own_folder, parse_json, read_text, write_text
 from calibrator.identifiability import identify
 from calibrator.interpolation import Interpolant
 from calibrator.nsga2 import SearchResult, Settings, generational_distance, search
-from calibrator.objectives import evaluation, rayleigh_time, time_step_warning
+from calibrator.objectives import OBJECTIVES, evaluation, rayleigh_time, time_step_warning
 from calibrator.plan import PROPOSED_SEED, belongs, design_points, make_request, plan_requests, replicate_requests, substitutes
-from calibrator.problem import Problem
+from calibrator.problem import Problem, known
 from calibrator.quantities import SCHEMA, SETUPS
 from calibrator.records import Record
 from calibrator.runner import Progress, RunFolder, gather, run, yade_batch_command
@@ -68,34 +69,62 @@ class Workspace:
         return [here.get(r.run_id) or there[r.run_id] for r in requests if r.run_id in here or r.run_id in there]
 
     def summary(self) -> dict[str, Any]:
-        """What the verbs have written so far, by verb."""
+        """What the verbs have written so far, by verb. It bears a seal, so that whatever reads it can trust its shape."""
         try:
-            return json.loads((self.path / "summary.json").read_text())
+            summary = parse_json(read_text(self.path / "summary.json", links=False))
+            if not isinstance(summary, dict) or summary.pop("seal", None) != _seal(summary):
+                raise ValueError("it was edited, or written by another version")
+            return summary
         except FileNotFoundError:
             return {"case": self.case.name, "schema": SCHEMA}
-        except ValueError as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise CalibratorError(f"{self.path}/summary.json is damaged ({error}): delete it and run the verbs again") from None
 
     def note(self, verb: str, outcome: dict[str, Any]) -> dict[str, Any]:
         """Write the outcome of a verb into summary.json, atomically; returns it."""
         summary = {**self.summary(), verb: outcome}
-        self.path.mkdir(parents=True, exist_ok=True)
-        temporary = self.path / f"summary.{os.getpid()}.tmp"
-        temporary.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n")
-        os.replace(temporary, self.path / "summary.json")
+        sealed = {**summary, "seal": _seal(summary)}
+        write_text(self.folder() / "summary.json", json.dumps(sealed, indent=1, allow_nan=False) + "\n")
         return outcome
+
+    def folder(self, *names: str) -> Path:
+        """A folder of the results, made where it is missing. Raises CalibratorError where it is a link to somewhere else."""
+        folder = own_folder(self.path)
+        for name in names:
+            folder = own_folder(folder / name)
+        return folder
 
     def outcome(self, verb: str) -> dict[str, Any]:
         """The outcome of an earlier verb. Raises CalibratorError naming the command to run first."""
         summary = self.summary()
         if verb not in summary:
             raise CalibratorError(f"{verb} has not been done yet: run `calibrator {verb} {self.case.path}` first")
+        if verb == "calibrate" and not _fits(self.case, summary[verb]):
+            raise CalibratorError(f"the case has changed since calibrate: run `calibrator calibrate {self.case.path}` again")
         return summary[verb]
+
+
+def _seal(summary: dict[str, Any]) -> str:
+    """Hash over a summary, the same before it is written and after it is read."""
+    return hashlib.sha256(json.dumps(summary, sort_keys=True, allow_nan=False).encode()).hexdigest()[:16]
+
+
+def _fits(case: Case, calibration: dict[str, Any]) -> bool:
+    """Whether a calibration is one of these parameters, within their bounds, and of these targets."""
+    keys = {t.key for t in case.problem.targets}
+    for found in calibration["candidates"].values():
+        if found["parameters"].keys() != set(case.problem.names) or found["predicted"].keys() != keys:
+            return False
+        if not all(p.low <= found["parameters"][p.name] <= p.high for p in case.problem.parameters):
+            return False
+    return True
 
 
 def check_case(space: Workspace) -> dict[str, Any]:
     """Everything that can be wrong before a run is made: time steps, narrow necks, a missing YADE."""
     case, warnings = space.case, []
+    for name in case.search.objectives:
+        known(name, OBJECTIVES, "objective")
     requests = plan_requests(case)
     for setup in SETUPS:
         probe = next((r for r in requests if r.setup == setup), None)
@@ -133,8 +162,7 @@ def plan(space: Workspace) -> dict[str, Any]:
     per_setup = {}
     for setup in space.case.problem.calibration_setups:
         own = [r for r in requests if r.setup == setup]
-        (space.path / "plan").mkdir(parents=True, exist_ok=True)
-        write_table(space.path / "plan" / f"{setup}.table", own)
+        write_table(space.folder("plan") / f"{setup}.table", own)
         seconds = core_seconds(own, done)
         per_setup[setup] = {
             "runs": len(own),
@@ -227,22 +255,35 @@ def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
 
 def _proposed(space: Workspace) -> list[Request]:
     """Every request that the adaptive design has made so far, from its log."""
+    return [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+
+
+def _proposal_lines(space: Workspace) -> list[str]:
     try:
-        lines = (space.path / "proposals.jsonl").read_text().splitlines()
-        return [Request.of(r["setup"], **r["parameters"]) for line in lines for r in json.loads(line)["requests"]]
+        return read_text(space.path / "proposals.jsonl", links=False).split("\n")[:-1]
     except FileNotFoundError:
         return []
-    except (ValueError, KeyError) as error:
-        raise CalibratorError(f"{space.path}/proposals.jsonl is damaged ({error}): delete its last line") from None
+    except OSError as error:
+        raise CalibratorError(f"cannot read {space.path}/proposals.jsonl ({error}): delete it, finished runs are kept") from None
+
+
+def _requests_in(space: Workspace, line: str) -> list[Request]:
+    """The requests of one proposal; CalibratorError where it is none."""
+    try:
+        made = parse_json(line)["requests"]
+        if not all(isinstance(r, dict) and r.keys() == {"setup", "parameters"} for r in made):
+            raise ValueError("a request is not a set-up with parameters")
+        return [Request.of(r["setup"], **r["parameters"]) for r in made]
+    except (CalibratorError, ValueError, KeyError, TypeError) as error:
+        raise CalibratorError(f"{space.path}/proposals.jsonl is damaged ({error}): delete it, finished runs are kept") from None
 
 
 def _note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Request]) -> None:
     """Log a proposal before its runs start: a resumed design goes on from it, and the log says why each run was made."""
     made = [{"setup": r.setup, "parameters": r.parameters} for r in requests]
     line = {"kind": proposal.kind, "chance": proposal.chance, "sentence": proposal.sentence, "requests": made}
-    space.path.mkdir(parents=True, exist_ok=True)
-    with open(space.path / "proposals.jsonl", "a") as stream:
-        stream.write(json.dumps(line) + "\n")
+    lines = [*_proposal_lines(space), json.dumps(line)]
+    write_text(space.folder() / "proposals.jsonl", "".join(f"{one}\n" for one in lines))
 
 
 def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
@@ -287,8 +328,8 @@ def collect(space: Workspace) -> dict[str, Any]:
     records = database_records(space)
     if not records:
         raise CalibratorError(f"no finished run in {space.path}: run `calibrator run {space.case.path}` first")
-    Database(records).write(space.path / "database.csv", _made_by(space, "run"))
-    _write_timings(space.path / "timings.csv", records)
+    Database(records).write(space.folder() / "database.csv", _made_by(space, "run"))
+    _write_timings(space.folder() / "timings.csv", records)
     missing = len(_without(plan_requests(space.case), records))
     return space.note("collect", {"runs": len(records), "missing": missing, **_counts(records)})
 
@@ -299,8 +340,8 @@ def _write_timings(path: Path, records: Sequence[Record]) -> None:
     lines = [",".join(["run_id", "setup", *columns, "wall_time", "host"])]
     for r in sorted((r for r in records if r.diagnostics.get("filling_cpu")), key=lambda r: r.run_id):
         times = [f"{r.diagnostics.get(c, 0.0):.2f}" for c in columns] + [f"{r.provenance.get('wall_time', 0.0):.2f}"]
-        lines.append(",".join([r.run_id, r.request.setup, *times, str(r.provenance.get("host", ""))]))
-    path.write_text("\n".join(lines) + "\n")
+        lines.append(",".join([r.run_id, r.request.setup, *times, str(r.provenance.get("host", "")).replace(",", " ")]))
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def fit(case: Case, records: Sequence[Record]) -> Interpolant:
@@ -346,7 +387,7 @@ def calibrate(space: Workspace) -> dict[str, Any]:
     if confirmed is not None:
         points["compromise"], reason = confirmed, "confirmed by the last runs of the adaptive design"
     loo, _ = interpolant.leave_one_out()
-    _write_front(space.path / "front.csv", case, front, mean)
+    _write_front(space.folder() / "front.csv", case, front, mean)
     return space.note(
         "calibrate",
         {
@@ -386,6 +427,8 @@ def _confirmed_set(space: Workspace) -> np.ndarray | None:
     outcome = space.summary().get("run", {})
     if space.case.plan.design != "adaptive" or outcome.get("ended") != "confirmed":
         return None
+    if outcome["recommended"].keys() != set(space.case.problem.names):
+        raise CalibratorError(f"the case has changed since run: run `calibrator run {space.case.path}` again")
     return np.array([outcome["recommended"][n] for n in space.case.problem.names])
 
 
@@ -442,10 +485,9 @@ def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant
 
 
 def _write_front(path: Path, case: Case, front: SearchResult, mean: np.ndarray) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     header = [*case.problem.names, *front.names, *(t.key for t in case.problem.targets)]
     table = np.column_stack([front.points, front.objectives, mean])
-    path.write_text("\n".join([",".join(header), *(",".join(map(repr, map(float, row))) for row in table)]) + "\n")
+    write_text(path, "\n".join([",".join(header), *(",".join(map(repr, map(float, row))) for row in table)]) + "\n")
 
 
 def candidate_points(space: Workspace) -> dict[str, np.ndarray]:
@@ -486,7 +528,7 @@ def verify(space: Workspace, report: Report = silent) -> dict[str, Any]:
     space = for_new_seeds(space, space.case.verify)
     calibration, requests = space.outcome("calibrate"), verification_requests(space)
     records = _carry_out(space, [r for own in requests.values() for r in own], report)
-    Database(records).write(space.path / "verification.csv", _made_by(space, "verify"))
+    Database(records).write(space.folder() / "verification.csv", _made_by(space, "verify"))
     by_id = {r.run_id: r for r in records}
     outcome = {}
     for label, own in requests.items():
@@ -516,7 +558,7 @@ def validate(space: Workspace, report: Report = silent) -> dict[str, Any]:
     space = for_new_seeds(space, space.case.validate)
     requests = validation_requests(space)
     records = _carry_out(space, [r for own in requests.values() for r in own], report)
-    Database(records).write(space.path / "validation.csv", _made_by(space, "validate"))
+    Database(records).write(space.folder() / "validation.csv", _made_by(space, "validate"))
     by_id = {r.run_id: r for r in records}
     verdicts = {}
     for label, own in requests.items():

@@ -140,7 +140,7 @@ def test_an_adaptive_design_starts_from_the_shipped_database(write_case, tmp_pat
     first = write_case()
     assert main(["run", str(first), "--results", str(tmp_path / "old")]) == 0
     assert main(["collect", str(first), "--results", str(tmp_path / "old")]) == 0
-    shipped = tmp_path / "old" / "toy" / "database.csv"
+    shipped = "old/toy/database.csv"
     path = write_case(ADAPTIVE, ("jobs = 1", f'jobs = 1\nshipped = "{shipped}"'))
     assert main(["run", str(path), "--results", str(tmp_path / "new")]) == 0
     outcome = json.loads((tmp_path / "new" / "toy" / "summary.json").read_text())["run"]

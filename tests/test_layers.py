@@ -6,6 +6,7 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 LAYERS = [
     ["errors"],
+    ["files"],
     ["quantities"],
     ["problem"],
     ["lab", "design", "table"],
