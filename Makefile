@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo paper test lint lab yade clean
+.PHONY: demo paper test test-cluster lint lab yade clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -17,6 +17,11 @@ paper: yade $(VENV)/.done
 
 test: yade $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q
+
+# The tests of --engine slurm, on a SLURM of their own.
+test-cluster: yade $(VENV)/.done-test
+	bash tests/slurm_local.sh install
+	$(BIN)/python -m pytest -q -m cluster tests/test_cluster.py
 
 lint: $(VENV)/.done-test
 	$(BIN)/ruff check .
