@@ -308,8 +308,9 @@ def similarity_block(sources: Sources) -> str:
 def runs_block(sources: Sources) -> str:
     """Runs that each method needs, peers counted in three ways."""
     rows = []
-    for parameters, methods in sources.measured("runs_needed")["reachable"].items():
-        for name, own in methods.items():
+    found = sources.measured("runs_needed")
+    for parameters in ("2", "5"):
+        for name, own in found[parameters].items():
             ways = [_needed(own[way], own["seeds"]) if way in own else "" for way in ("verified", "by_itself")]
             error = f"{own['worst_relative_error_median']:.1%}"
             rows.append([parameters, name, _needed(own, own["seeds"]), *ways, error])

@@ -383,7 +383,7 @@ def verdicts(reachable: dict[str, Any]) -> dict[str, Any]:
 # Figure
 
 
-def plot(results: dict[str, Any], folder: Path) -> None:
+def plot(reachable: dict[str, Any], folder: Path) -> None:
     """Runs of every seed by method, one panel for each number of parameters; peers in each way to count."""
     import matplotlib
 
@@ -401,8 +401,8 @@ def plot(results: dict[str, Any], folder: Path) -> None:
     }
     with matplotlib.rc_context(STYLE):
         figure, panels = plt.subplots(1, 2, figsize=(10, 6), sharey=True)
-        names = list(dict.fromkeys(name for rows in results["reachable"].values() for name in rows))
-        for axis, (count, rows) in zip(panels, results["reachable"].items(), strict=True):
+        names = list(dict.fromkeys(name for rows in reachable.values() for name in rows))
+        for axis, (count, rows) in zip(panels, reachable.items(), strict=True):
             for name, row in rows.items():
                 place = names.index(name)
                 peer = {"oracle": row, "verified": row.get("verified"), "by_itself": row.get("by_itself")}
@@ -461,11 +461,11 @@ def main() -> None:
     if database is None:
         raise SystemExit(f"{CASE.name} ships no database: give one with --database")
     surface = Surface.of(case, database)
-    results = measure(surface, 2 if given.quick else given.seeds, given.methods)
+    measured = measure(surface, 2 if given.quick else given.seeds, given.methods)
     if given.quick or given.methods:
         return
     about = (__doc__ or "").split("\n\n")
-    results = {
+    results: dict[str, Any] = {
         "about": " ".join(" ".join(about[2:]).split()),
         "data": {
             "share_of_the_box_that_meets_the_targets": {
@@ -479,11 +479,12 @@ def main() -> None:
             "peers": REQUIRED,
             "most_runs": MOST_RUNS,
         },
-        "verdict": verdicts(results["reachable"]),
-        **results,
+        "verdict": verdicts(measured["reachable"]),
+        **measured["reachable"],
+        "unreachable": measured["unreachable"],
     }
     write("runs_needed", results, given.results)
-    plot(results, given.results)
+    plot(measured["reachable"], given.results)
 
 
 if __name__ == "__main__":
