@@ -211,3 +211,8 @@ def test_grains_of_other_shapes_and_sizes_come_to_rest_in_ledge_and_pile_too(tmp
     for record in run(RunFolder(tmp_path), asked):
         assert (record.status, record.error) == ("ok", "")
         assert 1350 < record.responses["bulk_density"] < 1800
+
+
+def test_clumps_of_several_sizes_are_refused_rather_than_run_with_one_size(tmp_path):
+    (record,) = run(RunFolder(tmp_path), [Request.of("ledge", **SMALL["ledge"], clump_aspect=1.3, size_spread=0.2)])
+    assert record.status == "input" and "cannot be combined" in record.error

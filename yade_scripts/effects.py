@@ -37,7 +37,11 @@ def is_on(p, name):
 
 
 def start(p, between_grains, at_walls, integrator):
-    """Apply the effects that change contacts or gravity."""
+    """Apply the effects that change contacts or gravity. Raises BadInput for two that cannot be combined."""
+    if is_on(p, "clump_aspect") and is_on(p, "size_spread"):
+        raise contract.BadInput(
+            "clump_aspect and size_spread cannot be combined: clumps have one size; set one of them to its default"
+        )
     for name, function in _AT_START.items():
         if is_on(p, name):
             function(p, between_grains, at_walls, integrator)
