@@ -6,8 +6,11 @@ line=${YADE_BATCH##*:}
 run_id=$(sed -n "${line}s/^\([0-9a-f]*\) .*/\1/p" "$table")
 [ -n "$run_id" ] || { echo "no run id in line $line of $table" >&2; exit 2; }
 mkdir -p locks
+for path in locks "locks/$run_id"; do # opening a link would empty the file that it leads to
+  [ ! -L "$path" ] || { echo "$path is a symbolic link: remove it" >&2; exit 2; }
+done
 # A run that outlived its driver still holds this lock: wait for it, then find its record. YADE inherits the lock.
 exec 9>"locks/$run_id"
-flock 9
+flock -w "$CALIBRATOR_TIME_LIMIT" 9 || exit 124
 [ -e "records/$run_id.json" ] && exit 0
 exec timeout --foreground --kill-after=10 "$CALIBRATOR_TIME_LIMIT" yade -n "$@"
