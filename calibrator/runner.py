@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import json
 import logging
 import os
@@ -10,7 +12,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +28,10 @@ log = logging.getLogger(__name__)
 
 RETRIED = ("crash", "lost", "timeout")
 """Failures worth another try. A retry of the same request gives the same bits, so the other kinds would fail again."""
+
+FOLDERS = ("records", "logs", "batches", "locks")
+ROOM = 2**20
+"""Bytes that must fit into each folder: what a run of some ten thousand grains leaves."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +81,7 @@ class RunFolder:
     def prepare(self) -> None:
         """Make the folders, and a link to the scripts so that no path with blanks reaches yade-batch's shell."""
         own_folder(self.path)
-        for name in ("records", "logs", "batches", "locks"):
+        for name in FOLDERS:
             own_folder(self.path / name)
         link = self.path / "scripts"
         if not link.exists() or link.resolve() != SCRIPTS:
@@ -84,6 +90,26 @@ class RunFolder:
             except IsADirectoryError:
                 raise CalibratorError(f"{link} is a folder, and the link to YADE's scripts goes there: remove it") from None
             link.symlink_to(SCRIPTS, target_is_directory=True)
+
+    def check_room(self) -> None:
+        """Raise OSError where a run could not leave its files: a full or read-only disk must not be blamed on the run."""
+        for name in FOLDERS:
+            write_text(self.path / name / "room", " " * ROOM)
+            (self.path / name / "room").unlink()
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Wait for another driver that is at work in this folder, and keep others out; the lock dies with its process."""
+        own_folder(self.path)
+        with open(_refuse_link(self.path / "driver.lock"), "a") as stream:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                log.warning("another calibrator is at work in %s: waiting for it to end", one_line(str(self.path)))
+                fcntl.flock(stream, fcntl.LOCK_EX)
+            except OSError:
+                pass  # a network file system without locks: there, two drivers may do a run twice, but lose none
+            yield
 
 
 def _checked_failures(raw: Any) -> dict[str, dict[str, str | int]]:
@@ -118,7 +144,7 @@ def run(
     """Carry out the requests that have no good record yet, longest first, retrying by failure kind.
 
     Returns the finished runs. Whatever is interrupted, calling again goes on from the records that exist.
-    Raises CalibratorError if YADE is missing.
+    Raises CalibratorError if YADE is missing or yade-batch ends early, OSError where the disk is full or read-only.
     """
     folder.prepare()
     for attempt in range(attempts):
@@ -130,7 +156,13 @@ def run(
         cost = dict(zip((r.run_id for r in pending), predicted, strict=True))
         pending.sort(key=lambda r: -cost[r.run_id])
         _run_batch(folder, pending, cost, command, jobs or os.cpu_count() or 1, 2.0**attempt, report)
-    return gather(folder, requests)
+    records = gather(folder, requests)
+    if len(records) < len(requests):
+        raise CalibratorError(
+            f"{len(requests) - len(records)} runs are still to be done: yade-batch ended early (the end of "
+            f"{folder.path}/logs/yade-batch.log says why), or records were damaged meanwhile; run the same command again"
+        )
+    return records
 
 
 def _pending(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
@@ -163,8 +195,9 @@ def _run_batch(
     patience: float,
     report: Callable[[Progress], None],
 ) -> None:
-    for request in batch:  # a record of a failed attempt would make the wrapper believe that the run is done
-        folder.record(request).unlink(missing_ok=True)
+    folder.check_room()
+    for request in batch:
+        _forget_failure(folder, request)
         folder.log(request).unlink(missing_ok=True)
         _refuse_link(folder.path / "locks" / request.run_id)
     setups = {r.setup for r in batch}
@@ -202,7 +235,19 @@ def _run_batch(
             _watch(process, folder, batch, cost, jobs, report)
         finally:
             _kill_group(process)
+    if not all(_succeeded(folder, request) for request in batch):
+        folder.check_room()
     _note_failures(folder, batch)
+
+
+def _forget_failure(folder: RunFolder, request: Request) -> None:
+    """Remove the record of a failed attempt, which would make the wrapper believe that the run is done.
+
+    A good one stays: a run that outlived its driver may have written it since the batch was put together.
+    """
+    with contextlib.suppress(FileNotFoundError, InvalidRecord):
+        if read_record(folder.record(request), request).status in RETRIED:
+            folder.record(request).unlink()
 
 
 def _refuse_link(path: Path) -> Path:
@@ -238,7 +283,7 @@ def _watch(
 def _succeeded(folder: RunFolder, request: Request) -> bool:
     try:
         return read_record(folder.record(request), request).status == "ok"
-    except InvalidRecord:
+    except (FileNotFoundError, InvalidRecord):
         return False
 
 
@@ -257,6 +302,8 @@ def _note_failures(folder: RunFolder, batch: list[Request]) -> None:
             record = read_record(folder.record(request), request)
             kind, message = record.status, record.error
         except (FileNotFoundError, InvalidRecord) as error:
+            if not _started(folder.log(request)):
+                continue  # that yade-batch died, or YADE went missing, is no failure of the runs that were to come
             kind, message = _verdict_from_log(folder.log(request), error)
         if kind in RETRIED:
             before = int(failures.get(request.run_id, {"attempts": 0})["attempts"])
@@ -266,6 +313,13 @@ def _note_failures(folder: RunFolder, batch: list[Request]) -> None:
     folder.write_failures(failures)
 
 
+def _started(log: Path) -> bool:
+    """Whether a run got as far as YADE: it has a log, and that does not say that a program was missing (126, 127)."""
+    if not log.is_file():
+        return False
+    return not re.search(rf"^status  : ({126 << 8}|{127 << 8}) ", log.read_text("utf-8", errors="replace"), re.MULTILINE)
+
+
 def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
     """What became of a run without a valid record, from the summary that yade-batch appends to its log."""
     text = path.read_text("utf-8", errors="replace") if path.is_file() else ""
@@ -273,7 +327,7 @@ def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
     if isinstance(why, InvalidRecord):
         return "lost", f"invalid record: {why}"
     if status is None:
-        return "lost", "no record and no exit status: the run was killed with its driver, or never started"
+        return "lost", "no record and no exit status: the run was killed with its driver"
     code = int(status.group(1)) >> 8
     without_sentence = {
         0: ("lost", "it ended without writing a record"),

@@ -1,7 +1,9 @@
 """A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write half a file.
 
 Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a run does instead
-is written in misbehave.json of the working folder: {"<seed>": "crash" | "hang" | "lie" | "half" | "clog" | "nothing"}.
+is written in misbehave.json of the working folder: {"<seed>": "crash" | "hang" | "lie" | "half" | "clog" | "nothing"};
+"all" stands for every seed. With {"once": true} each seed does so the first time only. {"duration": seconds} makes runs last,
+{"yade": version} is what records say, and {"clock": seconds} moves the clock while a run is under way.
 """
 
 import ast
@@ -50,7 +52,9 @@ def run_line() -> None:
 def behave(setup: str, run_id: str, p: dict) -> None:
     """Write the record, or misbehave."""
     plan = json.loads(Path("misbehave.json").read_text()) if Path("misbehave.json").exists() else {}
-    what = plan.get(str(p["seed"]), "good")
+    what = plan.get(str(p["seed"]), plan.get("all", "good"))
+    if plan.get("once") and not first_time(run_id):
+        what = "good"
     time.sleep(float(plan.get("duration", 0)))
     if what == "crash":
         sys.exit("fake crash")
@@ -63,7 +67,9 @@ def behave(setup: str, run_id: str, p: dict) -> None:
     record = dict(
         schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id, parameters=contract.echoed(p), status="ok",
         responses=responses, error=None, diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
-        provenance=dict(yade="fake", scripts="fake", host="fake", started=time.time(), wall_time=2.0),
+        provenance=dict(
+            yade=plan.get("yade", "fake"), scripts="fake", host="fake", started=time.time(), wall_time=2.0 + plan.get("clock", 0)
+        ),
     )  # fmt: skip
     if what == "lie":
         record["parameters"] = {**p, "rolling_friction": p["rolling_friction"] + 1e-9}
@@ -74,6 +80,11 @@ def behave(setup: str, run_id: str, p: dict) -> None:
         Path("records", run_id + ".json").write_text(json.dumps(record)[:100])
         return
     contract.write_record("records", run_id, record, {})
+
+
+def first_time(run_id: str) -> bool:
+    """True for the first run of an id in this folder; calls.txt has noted the present one already."""
+    return Path("calls.txt").read_text().split().count(run_id) == 1
 
 
 def run_batch() -> None:
