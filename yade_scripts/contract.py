@@ -4,6 +4,7 @@ Standard library and numpy only; used inside YADE's interpreter. The file is the
 yade-batch table and reads the records never imports anything from here.
 """
 
+import hashlib
 import json
 import math
 import os
@@ -67,6 +68,7 @@ def _checked_value(name, spec, value):
 def write_record(folder, run_id, record, curves):
     """Write <run_id>.npz (arrays), then <run_id>.json, each atomically: a record that exists is complete.
 
+    The record gets a seal, a hash over all the rest: a number that a failing disk turns into another one is noticed.
     Raises ValueError if the record holds a NaN or an infinity.
     """
     os.makedirs(folder, exist_ok=True)
@@ -74,7 +76,8 @@ def write_record(folder, run_id, record, curves):
         import numpy as np
 
         _replace(os.path.join(folder, run_id + ".npz"), lambda stream: np.savez_compressed(stream, **curves))
-    text = json.dumps(record, indent=1, sort_keys=True, allow_nan=False) + "\n"
+    seal = hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()[:16]
+    text = json.dumps({**record, "seal": seal}, indent=1, sort_keys=True, allow_nan=False) + "\n"
     _replace(os.path.join(folder, run_id + ".json"), lambda stream: stream.write(text.encode()))
 
 
