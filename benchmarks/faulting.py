@@ -356,8 +356,8 @@ class Stage:
         else:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self.rng.choice(victims), signal.SIGKILL)
-        self.killed = True
-        self.in_flight.update(set(self.calls()) - set(self.finished))
+        self.killed = True  # yade-batch makes a run's log before anything else of it
+        self.in_flight.update({path.stem for path in self.results.glob("logs/*.log")} - set(self.finished))
 
     def orphans_end(self) -> None:
         """Wait until the runs of a driver that is gone have ended."""

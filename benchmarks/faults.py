@@ -175,7 +175,7 @@ def _with_a_wrong_type(text: str, rng: random.Random) -> str:
 
 def _without_a_key(text: str, rng: random.Random) -> str:
     record = json.loads(text)
-    del record[rng.choice(sorted(record))]
+    del record[rng.choice(sorted(record.keys() - {"seal"}))]  # records from before there were seals are believed
     return json.dumps(record)
 
 
@@ -283,7 +283,8 @@ def _short_of(stage: Stage, use_up: Callable[[Path], None]) -> None:
             raise NotInjected
         stage.refused(ended)
         stage.expect(not [p for p in folder.rglob("*.tmp") if p.parent.name != "records"], "half a file is left on the full disk")
-        stage.refused(stage.run())
+        if len(stage.believed()) < len(stage.whole.requests):  # else only notes about the runs were missing
+            stage.refused(stage.run())
         subprocess.run(["rm", "-r", folder / "ballast"], check=True)
 
 
