@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo paper test lint lab yade lock clean
+.PHONY: demo paper test test-cluster lint lab yade lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -18,6 +18,11 @@ paper: yade $(VENV)/.done
 
 test: yade $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q
+
+# The tests of --engine slurm, on a SLURM of their own.
+test-cluster: yade $(VENV)/.done-test
+	bash tests/slurm_local.sh install
+	$(BIN)/python -m pytest -q -m cluster tests/test_cluster.py
 
 lint: $(VENV)/.done-test
 	$(BIN)/ruff check .

@@ -114,6 +114,36 @@ class Running:
 
 
 @dataclass(frozen=True)
+class Cluster:
+    """What SLURM is asked for; empty keys are left to the site. See docs/cluster.md.
+
+    time and memory are those of one array task; modules are shell lines, run as they stand before the work. slice_minutes is
+    the predicted work of a task, grace the seconds that a shared file system may take to show a record.
+    Raises CalibratorError for a value that SLURM would not take.
+    """
+
+    partition: str = ""
+    account: str = ""
+    time: str = ""
+    memory: str = ""
+    modules: tuple[str, ...] = ()
+    slice_minutes: float = 30.0
+    grace: float = 60.0
+
+    def __post_init__(self) -> None:
+        _matches("cluster.partition", self.partition, r"[A-Za-z0-9_][A-Za-z0-9_.,-]*", "a name such as main")
+        _matches("cluster.account", self.account, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "a name such as physics")
+        _matches("cluster.time", self.time, r"(\d+-)?\d{1,4}:\d\d(:\d\d)?|\d{1,6}", "minutes, or a time such as 02:00:00")
+        _matches("cluster.memory", self.memory, r"\d{1,9}[KMGT]?", "a size such as 2G")
+        _within("cluster", self, slice_minutes=(0, 1e6), grace=(0, 1e6))
+
+
+def _matches(where: str, value: str, pattern: str, example: str) -> None:
+    if value and not re.fullmatch(pattern, value, re.ASCII):
+        raise CalibratorError(f"{where} = {value!r}: give {example}")
+
+
+@dataclass(frozen=True)
 class Case:
     """Everything one calibration needs. `path` is the TOML file, `truth` the known answer of a synthetic lab (or empty)."""
 
@@ -126,6 +156,7 @@ class Case:
     verify: Replicates = field(default_factory=Replicates)
     validate: Replicates = field(default_factory=lambda: Replicates(3, 600_000, 0))
     run: Running = field(default_factory=Running)
+    cluster: Cluster = field(default_factory=Cluster)
     truth: dict[str, float] = field(default_factory=dict)
     about: str = ""
 
@@ -167,13 +198,19 @@ SECTIONS = {
     "verify": Replicates,
     "validate": Replicates,
     "run": Running,
+    "cluster": Cluster,
 }
 
 
-def read_case(path: str | Path) -> Case:
-    """Read and check a case file. Raises CalibratorError with the offending key and what to write instead."""
+def read_case(path: str | Path, site: Path | None = None) -> Case:
+    """Read and check a case file, and a site file with a [cluster] table.
+
+    Raises CalibratorError with the offending key and what to write instead.
+    """
     path = Path(path)
     tables = _load(path)
+    if site is not None:
+        tables["cluster"] = _with_site(_table(tables.get("cluster", {}), "cluster"), site)
     for key in tables:
         known(
             key,
@@ -186,6 +223,18 @@ def read_case(path: str | Path) -> Case:
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
     about = _typed("about", "str", tables.get("about", ""))
     return Case(tables["name"], path, _problem(tables, path), about=about, truth=truth, **settings)
+
+
+def _with_site(own: dict[str, Any], path: Path) -> dict[str, Any]:
+    """The case's [cluster] and the site's together; a key with two values is refused, so that neither wins unnoticed."""
+    tables = _load(path)
+    for key in tables:
+        known(key, ("cluster",), "key in the site file")
+    site = _table(tables.get("cluster", {}), "cluster")
+    for key in own:
+        if key in site and own[key] != site[key]:
+            raise CalibratorError(f"cluster.{key} differs in the case and in {path}: delete one of them")
+    return {**site, **own}
 
 
 def _load(path: Path) -> dict[str, Any]:

@@ -67,6 +67,8 @@ def _parser() -> argparse.ArgumentParser:
         own = verbs.add_parser(verb, help=about, description=about)
         own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
         own.add_argument("--results", type=_path, default=Path("results"), help="where results go (default: ./results)")
+        own.add_argument("--engine", choices=("local", "slurm"), default="local", help="where runs are made (default: local)")
+        own.add_argument("--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)")
         own.add_argument("--fresh", action="store_true", help="ignore the shipped database: run everything here")
         own.add_argument("--verify-afresh", action="store_true", help="ignore shipped runs of verification and validation only")
     return parser
@@ -75,10 +77,10 @@ def _parser() -> argparse.ArgumentParser:
 def _do(options: argparse.Namespace) -> int:
     from calibrator.workflow import Workspace  # heavy imports only after the arguments are known to be good
 
-    case = read_case(options.case)
+    case = read_case(options.case, options.site)
     if options.verify_afresh:
         case = case.without_shipped_verification()
-    space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh)
+    space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh, options.engine)
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
     good = True
     for verb in verbs:

@@ -122,7 +122,7 @@ def run(
     """
     folder.prepare()
     for attempt in range(attempts):
-        pending = _pending(folder, requests, attempts)
+        pending = pending_requests(folder, requests, attempts)
         if not pending:
             break
         command = yade_batch_command()
@@ -133,7 +133,7 @@ def run(
     return gather(folder, requests)
 
 
-def _pending(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
+def pending_requests(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
     """The requests that are still to be run; the list of failures is read once, as it grows with the runs."""
     failures = folder.failures()
     return [r for r in requests if _is_pending(folder, r, int(failures.get(r.run_id, {"attempts": 0})["attempts"]), attempts)]
@@ -163,32 +163,12 @@ def _run_batch(
     patience: float,
     report: Callable[[Progress], None],
 ) -> None:
-    for request in batch:  # a record of a failed attempt would make the wrapper believe that the run is done
-        folder.record(request).unlink(missing_ok=True)
-        folder.log(request).unlink(missing_ok=True)
-        _refuse_link(folder.path / "locks" / request.run_id)
-    setups = {r.setup for r in batch}
+    clear(folder, batch)
     name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
     write_table(folder.path / name, batch)
-    limit = patience * max(120.0, 10 * max(cost.values()))
-    arguments = [
-        "-j",
-        str(jobs),
-        "--job-threads",
-        "1",
-        "--nice",
-        "0",
-        "--plot-update",
-        "0",
-        "--disable-pynotify",
-        "--log",
-        "logs/@.log",
-        "--executable",
-        "scripts/run_yade.sh",
-        name,
-        *(f"scripts/{setup}.py" for setup in setups if len(setups) == 1),
-    ]
-    with open(_refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
+    limit = time_limit(cost, patience)
+    arguments = batch_arguments(name, batch, jobs)
+    with open(refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
         process = subprocess.Popen(
             [*command, *arguments],
             cwd=folder.path,
@@ -202,10 +182,32 @@ def _run_batch(
             _watch(process, folder, batch, cost, jobs, report)
         finally:
             _kill_group(process)
-    _note_failures(folder, batch)
+    note_failures(folder, batch)
 
 
-def _refuse_link(path: Path) -> Path:
+def clear(folder: RunFolder, batch: Sequence[Request]) -> None:
+    """Remove what failed attempts left: such a record would make the wrapper believe that the run is done."""
+    for request in batch:
+        folder.record(request).unlink(missing_ok=True)
+        folder.log(request).unlink(missing_ok=True)
+        refuse_link(folder.path / "locks" / request.run_id)
+
+
+def time_limit(cost: dict[str, float], patience: float) -> float:
+    """Wall-clock limit [s] of each run of a batch."""
+    return patience * max(120.0, 10 * max(cost.values()))
+
+
+def batch_arguments(table: str, batch: Sequence[Request], jobs: int) -> list[str]:
+    """Arguments of yade-batch for a table, both relative to the folder of the runs."""
+    setups = {r.setup for r in batch}
+    options = {"-j": jobs, "--job-threads": 1, "--nice": 0, "--plot-update": 0, "--log": "logs/@.log"}
+    pairs = [str(word) for pair in options.items() for word in pair]
+    script = [f"scripts/{setup}.py" for setup in setups if len(setups) == 1]
+    return [*pairs, "--disable-pynotify", "--executable", "scripts/run_yade.sh", table, *script]
+
+
+def refuse_link(path: Path) -> Path:
     """A file that is going to be written in place; a link there is removed, lest it leads out of the results folder."""
     if path.is_symlink():
         path.unlink()
@@ -226,7 +228,7 @@ def _watch(
         for request in batch:
             if request.run_id not in finished and folder.record(request).exists():
                 finished.add(request.run_id)
-                if not _succeeded(folder, request):
+                if not succeeded(folder, request):
                     failed.add(request.run_id)
         elapsed = time.monotonic() - begin
         report(Progress(len(finished), len(failed), len(batch), elapsed, _time_left(cost, finished, elapsed, jobs)))
@@ -235,7 +237,8 @@ def _watch(
         time.sleep(0.5)
 
 
-def _succeeded(folder: RunFolder, request: Request) -> bool:
+def succeeded(folder: RunFolder, request: Request) -> bool:
+    """True where the record can be believed and says ok."""
     try:
         return read_record(folder.record(request), request).status == "ok"
     except InvalidRecord:
@@ -250,14 +253,15 @@ def _time_left(cost: dict[str, float], finished: set[str], elapsed: float, jobs:
     return max(0.0, share * by_rate + (1 - share) * by_model)
 
 
-def _note_failures(folder: RunFolder, batch: list[Request]) -> None:
+def note_failures(folder: RunFolder, batch: Sequence[Request]) -> None:
+    """Count an attempt for each run that left no good record, with what its log says."""
     failures = folder.failures()
     for request in batch:
         try:
             record = read_record(folder.record(request), request)
             kind, message = record.status, record.error
         except (FileNotFoundError, InvalidRecord) as error:
-            kind, message = _verdict_from_log(folder.log(request), error)
+            kind, message = verdict_from_log(folder.log(request), error)
         if kind in RETRIED:
             before = int(failures.get(request.run_id, {"attempts": 0})["attempts"])
             failures[request.run_id] = {"kind": kind, "message": message, "attempts": before + 1}
@@ -266,7 +270,7 @@ def _note_failures(folder: RunFolder, batch: list[Request]) -> None:
     folder.write_failures(failures)
 
 
-def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
+def verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
     """What became of a run without a valid record, from the summary that yade-batch appends to its log."""
     text = path.read_text("utf-8", errors="replace") if path.is_file() else ""
     status = re.search(r"^status  : (\d+)", text, re.MULTILINE)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from calibrator import cluster
 from calibrator.adaptive import Proposal, propose
 from calibrator.adaptive import Settings as AdaptiveSettings
 from calibrator.case import Case, Replicates
@@ -51,6 +52,7 @@ class Workspace:
     case: Case
     path: Path
     fresh: bool = False
+    engine: str = "local"
 
     @property
     def runs(self) -> RunFolder:
@@ -301,7 +303,9 @@ def _carry_out(space: Workspace, requests: Sequence[Request], report: Report) ->
     """Run what neither this folder nor the shipped database has; returns all finished records of the requests."""
     there = space.shipped().records
     missing = [r for r in requests if r.run_id not in there]
-    if missing:
+    if missing and space.engine == "slurm":
+        cluster.run(space.runs, missing, space.case.cluster, space.case.run.attempts, report)
+    elif missing:
         run(space.runs, missing, space.case.run.jobs, space.case.run.attempts, report)
     return space.finished(requests)
 

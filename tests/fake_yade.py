@@ -1,7 +1,8 @@
 """A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write half a file.
 
 Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a run does instead
-is written in misbehave.json of the working folder: {"<seed>": "crash" | "hang" | "lie" | "half" | "clog" | "nothing"}.
+is written in misbehave.json of the working folder:
+{"<seed>": "crash" | "segfault" | "memory" | "hang" | "lie" | "half" | "clog" | "nothing"}.
 """
 
 import ast
@@ -54,6 +55,11 @@ def behave(setup: str, run_id: str, p: dict) -> None:
     time.sleep(float(plan.get("duration", 0)))
     if what == "crash":
         sys.exit("fake crash")
+    if what == "segfault":
+        os.kill(os.getpid(), 11)
+    if what == "memory":
+        block = b"x" * 600_000_000
+        time.sleep(3600 if block else 0)
     if what == "hang":
         time.sleep(3600)
     if what == "nothing":

@@ -16,6 +16,7 @@ LAYERS = [
     ["coordinates"],
     ["cost", "nsga2", "selection", "identifiability", "sensitivity"],
     ["plan", "runner", "adaptive"],
+    ["cluster"],
     ["workflow"],
     ["plot"],
     ["page", "scenes"],
@@ -26,7 +27,7 @@ FENCED = {
     "pymoo": {"nsga2"},
     "moocore": {"nsga2"},
     "matplotlib": {"plot"},
-    "subprocess": {"runner"},
+    "subprocess": {"runner", "cluster"},
     "sklearn": {"gaussian_process"},
     "pandas": {"database"},
 }
