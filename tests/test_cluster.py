@@ -1,5 +1,6 @@
 """--engine slurm on a real SLURM of two nodes on loopback, with the fake YADE."""
 
+import dataclasses
 import json
 import os
 import shutil
@@ -101,3 +102,20 @@ def test_a_hang_past_its_limit_is_a_timeout(tmp_path, options, monkeypatch):
     folder = folder_in(tmp_path / "runs", **{"1": "hang"})
     assert [r.status for r in cluster.run(folder, requests(2), options)] == ["ok", "timeout"]
     assert len(calls(folder)) == 3
+
+
+def test_a_run_killed_for_its_memory_is_lost_and_tried_once_more(tmp_path, options):
+    folder = folder_in(tmp_path / "runs", **{"1": "memory"})
+    records = cluster.run(folder, requests(2), dataclasses.replace(options, memory="200M"))
+    assert [r.status for r in records] == ["ok", "lost"]
+    assert calls(folder).count(requests(2)[0].run_id) == 1
+    assert calls(folder).count(requests(2)[1].run_id) == 2
+
+
+@pytest.mark.yade
+def test_the_real_yade_runs_in_an_array_task(tmp_path, slurm):
+    assert shutil.which("yade"), "yade is not on the PATH: run `make yade`"
+    small = dict(fill_mass=2e-3, cylinder_diameter=16e-3, neck_diameter=10e-3, young_modulus=1e6, seed=3)
+    folder = folder_in(tmp_path / "runs")
+    records = cluster.run(folder, [Request.of("hourglass", **small)], Cluster(memory="1G", time="5"))
+    assert [r.status for r in records] == ["ok"]
