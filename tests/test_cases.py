@@ -8,6 +8,7 @@ import pytest
 from calibrator import workflow
 from calibrator.case import read_case
 from calibrator.cost import particles
+from calibrator.errors import CalibratorError
 from calibrator.plan import plan_requests
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
@@ -56,3 +57,13 @@ def test_the_reduced_case_has_the_papers_parameters_and_enough_replicates():
     assert grid.problem.setups["hourglass"] == reduced.problem.setups["hourglass"]
     sets = reduced.plan.sets + len(plan_requests(grid))
     assert sets >= 150 and reduced.plan.replicated_sets >= 0.2 * sets and reduced.plan.replicates >= 3
+
+
+def test_cluster_settings_with_two_values_or_shell_text_are_refused(write_case, tmp_path):
+    path, site = write_case(("[run]", '[cluster]\npartition = "a"\n[run]')), tmp_path / "site.toml"
+    site.write_text('[cluster]\naccount = "sand"\n')
+    assert (read_case(path, site).cluster.partition, read_case(path, site).cluster.account) == ("a", "sand")
+    for wrong in ('partition = "b"', 'account = "x; rm"', 'account = "x\\n"', 'time = "soon"', 'memory = "-1"', "nodes = 2"):
+        site.write_text(f"[cluster]\n{wrong}\n")
+        with pytest.raises(CalibratorError):
+            read_case(path, site)
