@@ -115,10 +115,11 @@ class Running:
 
 @dataclass(frozen=True)
 class Cluster:
-    """What SLURM is asked for; empty keys are left to the site. See docs/cluster.md.
+    """What SLURM is asked for; what is left empty is up to the site. See docs/cluster.md.
 
-    time and memory are those of one array task; modules are shell lines, run as they stand before the work. slice_minutes is
-    the predicted work of a task, grace the seconds that a shared file system may take to show a record.
+    time and memory are those of one array task. modules are names for `module load`; shell are lines that are run as they
+    stand before the work, which only a site file may give. slice_minutes is the predicted work of a task, most_tasks how many
+    are submitted at a time, grace the seconds that a shared file system may take to show a record.
     Raises CalibratorError for a value that SLURM would not take.
     """
 
@@ -127,7 +128,9 @@ class Cluster:
     time: str = ""
     memory: str = ""
     modules: tuple[str, ...] = ()
+    shell: tuple[str, ...] = ()
     slice_minutes: float = 30.0
+    most_tasks: int = 1001
     grace: float = 60.0
 
     def __post_init__(self) -> None:
@@ -135,12 +138,14 @@ class Cluster:
         _matches("cluster.account", self.account, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "a name such as physics")
         _matches("cluster.time", self.time, r"(\d+-)?\d{1,4}:\d\d(:\d\d)?|\d{1,6}", "minutes, or a time such as 02:00:00")
         _matches("cluster.memory", self.memory, r"\d{1,9}[KMGT]?", "a size such as 2G")
-        _within("cluster", self, slice_minutes=(0, 1e6), grace=(0, 1e6))
+        for module in self.modules:
+            _matches("cluster.modules", module, r"[A-Za-z0-9_][A-Za-z0-9_.+/-]*", "names such as yade/2023.02")
+        _within("cluster", self, slice_minutes=(0, 1e6), most_tasks=(1, MOST_RUNS), grace=(0, 1e6))
 
 
 def _matches(where: str, value: str, pattern: str, example: str) -> None:
     if value and not re.fullmatch(pattern, value, re.ASCII):
-        raise CalibratorError(f"{where} = {value!r}: give {example}")
+        raise CalibratorError(f"{where} = {shown(value)}: give {example}")
 
 
 @dataclass(frozen=True)
@@ -203,14 +208,16 @@ SECTIONS = {
 
 
 def read_case(path: str | Path, site: Path | None = None) -> Case:
-    """Read and check a case file, and a site file with a [cluster] table.
+    """Read and check a case file, and the [cluster] table of a site file.
 
     Raises CalibratorError with the offending key and what to write instead.
     """
     path = Path(path)
     tables = _load(path)
+    if "shell" in _table(tables.get("cluster", {}), "cluster"):  # a case may come from anybody
+        raise CalibratorError("cluster.shell in a case file: move it to a site file of your own, given with --site")
     if site is not None:
-        tables["cluster"] = _with_site(_table(tables.get("cluster", {}), "cluster"), site)
+        tables["cluster"] = _with_site(tables.get("cluster", {}), site)
     for key in tables:
         known(
             key,

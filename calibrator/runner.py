@@ -10,7 +10,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -136,7 +136,7 @@ def run(
 def pending_requests(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
     """The requests that are still to be run; the list of failures is read once, as it grows with the runs."""
     failures = folder.failures()
-    return [r for r in requests if _is_pending(folder, r, int(failures.get(r.run_id, {"attempts": 0})["attempts"]), attempts)]
+    return [r for r in requests if _is_pending(folder, r, failed_attempts(failures, r), attempts)]
 
 
 def _is_pending(folder: RunFolder, request: Request, failed: int, attempts: int) -> bool:
@@ -225,11 +225,7 @@ def _watch(
     begin, finished, failed = time.monotonic(), set[str](), set[str]()
     while True:
         ended = process.poll() is not None
-        for request in batch:
-            if request.run_id not in finished and folder.record(request).exists():
-                finished.add(request.run_id)
-                if not succeeded(folder, request):
-                    failed.add(request.run_id)
+        notice(folder, batch, finished, failed)
         elapsed = time.monotonic() - begin
         report(Progress(len(finished), len(failed), len(batch), elapsed, _time_left(cost, finished, elapsed, jobs)))
         if ended:
@@ -237,8 +233,16 @@ def _watch(
         time.sleep(0.5)
 
 
-def succeeded(folder: RunFolder, request: Request) -> bool:
-    """True where the record can be believed and says ok."""
+def notice(folder: RunFolder, requests: Sequence[Request], finished: set[str], failed: set[str]) -> None:
+    """Add the run ids whose record has appeared since the last look to `finished`, and to `failed` those that are not ok."""
+    for request in requests:
+        if request.run_id not in finished and folder.record(request).exists():
+            finished.add(request.run_id)
+            if not _succeeded(folder, request):
+                failed.add(request.run_id)
+
+
+def _succeeded(folder: RunFolder, request: Request) -> bool:
     try:
         return read_record(folder.record(request), request).status == "ok"
     except InvalidRecord:
@@ -253,40 +257,59 @@ def _time_left(cost: dict[str, float], finished: set[str], elapsed: float, jobs:
     return max(0.0, share * by_rate + (1 - share) * by_model)
 
 
-def note_failures(folder: RunFolder, batch: Sequence[Request]) -> None:
-    """Count an attempt for each run that left no good record, with what its log says."""
+def note_failures(folder: RunFolder, batch: Sequence[Request], verdicts: Mapping[str, tuple[str, str]] | None = None) -> None:
+    """Count an attempt for each run that left no good record, with the kind and reason that its log shows.
+
+    verdicts : {run id: (kind, message)} of runs without a record about which more is known than their log says
+    """
     failures = folder.failures()
     for request in batch:
         try:
             record = read_record(folder.record(request), request)
             kind, message = record.status, record.error
         except (FileNotFoundError, InvalidRecord) as error:
-            kind, message = verdict_from_log(folder.log(request), error)
+            kind, message = (verdicts or {}).get(request.run_id) or _verdict_from_log(folder.log(request), error)
         if kind in RETRIED:
-            before = int(failures.get(request.run_id, {"attempts": 0})["attempts"])
-            failures[request.run_id] = {"kind": kind, "message": message, "attempts": before + 1}
+            failures[request.run_id] = {"kind": kind, "message": message, "attempts": failed_attempts(failures, request) + 1}
         else:
             failures.pop(request.run_id, None)
     folder.write_failures(failures)
 
 
-def verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
-    """What became of a run without a valid record, from the summary that yade-batch appends to its log."""
-    text = path.read_text("utf-8", errors="replace") if path.is_file() else ""
-    status = re.search(r"^status  : (\d+)", text, re.MULTILINE)
+def failed_attempts(failures: dict[str, dict[str, str | int]], request: Request) -> int:
+    """How often a run has failed, by the list of failures."""
+    return int(failures[request.run_id]["attempts"]) if request.run_id in failures else 0
+
+
+def exit_code(log_file: Path) -> int | None:
+    """Exit code of a run, 128 + n where signal n killed it; None where yade-batch has not appended its summary to the log.
+
+    What yade-batch writes is the status of the shell that it has started the run in, or of the run itself.
+    """
+    status = re.search(r"^status  : (\d{1,5}) ", _text(log_file), re.MULTILINE)
+    code = os.waitstatus_to_exitcode(int(status.group(1))) if status else None
+    return code if code is None or code >= 0 else 128 - code
+
+
+def _text(log_file: Path) -> str:
+    return log_file.read_text("utf-8", errors="replace") if log_file.is_file() else ""
+
+
+def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
+    """What became of a run without a valid record."""
     if isinstance(why, InvalidRecord):
         return "lost", f"invalid record: {why}"
-    if status is None:
-        return "lost", "no record and no exit status: the run was killed with its driver, or never started"
-    code = int(status.group(1)) >> 8
+    code = exit_code(path)
     without_sentence = {
+        None: ("lost", "no record and no exit status: the run was killed with its driver, or never started"),
         0: ("lost", "it ended without writing a record"),
         124: ("timeout", "the wall-clock limit passed"),
         137: ("lost", "killed from outside (signal 9)"),
+        143: ("lost", "ended from outside (signal 15)"),
     }
     if code in without_sentence:
         return without_sentence[code]
-    lines = [line for line in text.split("=" * 19)[0].splitlines() if line.strip()]
+    lines = [line for line in _text(path).split("=" * 19)[0].splitlines() if line.strip()]
     return "crash", f"exit code {code}: {lines[-1][:200] if lines else 'no output'}"
 
 

@@ -1,8 +1,8 @@
 """A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write half a file.
 
 Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a run does instead
-is written in misbehave.json of the working folder:
-{"<seed>": "crash" | "segfault" | "memory" | "hang" | "lie" | "half" | "clog" | "nothing"}.
+is written in misbehave.json of the working folder, {"<seed>": what} with what = "crash", "segfault", "memory", "hang",
+"hang once", "lie", "half", "clog" or "nothing", and how long each run takes at least: {"duration": seconds}.
 """
 
 import ast
@@ -10,6 +10,7 @@ import json
 import math
 import os
 import random
+import signal
 import subprocess
 import sys
 import time
@@ -36,34 +37,52 @@ def responses_of(setup: str, p: dict) -> dict[str, float]:
 
 def run_line() -> None:
     """What `yade -n -x script.py` does with the table line in YADE_BATCH."""
+    setup, run_id, given = _table_line()
+    what = trouble(run_id, given["seed"])
+    behave(setup, run_id, contract.checked(setup, given), what)
+
+
+def run_real_line(yade: str) -> None:
+    """The same on the real YADE, apart from the runs that are to go wrong before it starts."""
+    _, run_id, given = _table_line()
+    trouble(run_id, given["seed"])
+    os.execv(yade, [yade, *sys.argv[1:]])
+
+
+def _table_line() -> tuple[str, str, dict]:
+    """Set-up, run id and parameters of the line."""
     table, line = os.environ["YADE_BATCH"].rsplit(":", 1)
     lines = Path(table).read_text().splitlines()
     cells = dict(zip(lines[0].split(), lines[int(line) - 1].split(), strict=True))
     run_id = cells.pop("description")
     setup = Path(sys.argv[-1]).stem
     own = contract.parameters_of(setup)
-    given = {name: ast.literal_eval(cell) for name, cell in cells.items() if name in own}
+    return setup, run_id, {name: ast.literal_eval(cell) for name, cell in cells.items() if name in own}
+
+
+def trouble(run_id: str, seed: int) -> str:
+    """Note the call, with the node of a cluster, and end, die or hang where that is planned; else returns what is planned."""
     with open("calls.txt", "a") as stream:
-        stream.write(run_id + "\n")
-    behave(setup, run_id, contract.checked(setup, given))
-
-
-def behave(setup: str, run_id: str, p: dict) -> None:
-    """Write the record, or misbehave."""
+        stream.write(f"{run_id} {os.environ.get('SLURMD_NODENAME', '')}".rstrip() + "\n")
     plan = json.loads(Path("misbehave.json").read_text()) if Path("misbehave.json").exists() else {}
-    what = plan.get(str(p["seed"]), "good")
+    what = plan.get(str(seed), "good")
     time.sleep(float(plan.get("duration", 0)))
     if what == "crash":
         sys.exit("fake crash")
     if what == "segfault":
-        os.kill(os.getpid(), 11)
+        os.kill(os.getpid(), signal.SIGSEGV)
     if what == "memory":
         block = b"x" * 600_000_000
         time.sleep(3600 if block else 0)
-    if what == "hang":
+    if what == "hang" or (what == "hang once" and Path("calls.txt").read_text().count(run_id) == 1):
         time.sleep(3600)
     if what == "nothing":
-        return
+        sys.exit()
+    return what
+
+
+def behave(setup: str, run_id: str, p: dict, what: str) -> None:
+    """Write the record, or a wrong one."""
     scatter = random.Random(run_id)
     responses = {n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()}
     record = dict(
@@ -99,7 +118,8 @@ def run_batch() -> None:
                 env={**os.environ, "YADE_BATCH": f"{table}:{number}"}, stdout=stream, stderr=stream,
             ).returncode  # fmt: skip
         with open(log, "a") as stream:
-            stream.write(f"\n=================== JOB SUMMARY ================\nstatus  : {code << 8} (x)\n")
+            status = code << 8 if code >= 0 else -code  # as os.system returns it
+            stream.write(f"\n=================== JOB SUMMARY ================\nstatus  : {status} (x)\n")
 
 
 if __name__ == "__main__":
