@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A throw-away SLURM on loopback for tests/test_cluster.py: two nodes that claim four CPUs each, in a partition `main`; n1 alone is `kept`.
-#   slurm_local.sh install                                     Debian's packages, where they are missing
+#   slurm_local.sh install                                     Debian's packages, where they are missing (root or sudo)
 #   slurm_local.sh start DIR PORT | stop DIR                   PORT and the two after it have to be free
 #   slurm_local.sh kill-node DIR n2 | start-node DIR n2        what a power cut looks like to the controller, and its end
 # Nothing outside DIR is touched, apart from what `install` gets, and only processes that were started here are ended.
@@ -51,7 +51,7 @@ AccountingStorageType=accounting_storage/none
 SlurmdParameters=config_overrides
 NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=$((port + 1)) CPUs=4 RealMemory=4000 State=UNKNOWN
 NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=$((port + 2)) CPUs=4 RealMemory=4000 State=UNKNOWN
-PartitionName=main Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP
+PartitionName=main Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP LLN=YES
 PartitionName=kept Nodes=n1 MaxTime=INFINITE State=UP
 C
 }

@@ -18,6 +18,7 @@ from conftest import fake_programs
 
 from calibrator import cluster, runner
 from calibrator.case import Cluster
+from calibrator.cli import main
 from calibrator.database import Database
 from calibrator.errors import CalibratorError
 from calibrator.runner import RunFolder
@@ -28,7 +29,7 @@ SCRIPT = Path(__file__).with_name("slurm_local.sh")
 MISSING = [p for p in ("slurmctld", "slurmd", "munged", "sbatch", "squeue") if shutil.which(p) is None]
 pytestmark = [
     pytest.mark.cluster,
-    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed: run `make test-cluster` as root or with sudo"),
+    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed: run `make slurm` as root or with sudo"),
 ]
 
 
@@ -114,6 +115,17 @@ def test_a_plan_done_through_slurm_gives_the_local_database(tmp_path, options, f
     assert bytes_of(through_slurm, tmp_path / "a") == bytes_of(runner.run(here, requests(6), jobs=1), tmp_path / "b")
     assert sorted(calls(there)) == sorted(calls(here))
     assert there.failures() == here.failures()
+
+
+def test_the_command_line_takes_a_case_to_slurm_with_the_settings_of_a_site(tmp_path, options, fake_yade, write_case):
+    case, site = write_case(("sets = 14", "sets = 2")), tmp_path / "site.toml"
+    site.write_text(f"[cluster]\npartition = 'main'\ngrace = 5\nshell = ['{options.shell[0]}']\n")
+    for name, more in (("slurm", ["--engine", "slurm", "--site", str(site)]), ("local", [])):
+        for verb in ("run", "collect"):
+            assert main([verb, str(case), "--results", str(tmp_path / name), *more]) == 0
+    assert list((tmp_path / "slurm" / "toy").glob("batches/calibrator-*"))
+    one, other = ((tmp_path / name / "toy" / "database.csv").read_bytes() for name in ("slurm", "local"))
+    assert one == other
 
 
 def test_more_slices_than_may_be_submitted_are_done_in_turns(tmp_path, options, fake_yade):
@@ -203,7 +215,7 @@ def test_whatever_dies_every_run_gets_its_verdict_and_the_database_is_the_undist
 ):
     """Real YADE runs beside a crash, a hang, a segfault and a lack of memory; the driver killed, then a node lost."""
     box = dict(box_length=16e-3, box_width=8e-3, fill_height=10e-3, young_modulus=1e6)
-    good = [Request.of("ledge", **box, seed=seed) for seed in range(1, 7)]
+    good = [Request.of("ledge", **box, seed=seed) for seed in range(1, 5)]
     crash, hang, segfault, memory = bad = [Request.of("ledge", **box, seed=seed) for seed in (11, 12, 13, 14)]
     trouble = {"11": "crash", "12": "hang", "13": "segfault", "14": "memory", "duration": 1}
     limit = f"lambda cost, patience: (4 if {hang.run_id!r} in cost else 300) * patience"
