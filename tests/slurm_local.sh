@@ -5,6 +5,7 @@
 #   slurm_local.sh kill-node DIR n2 | start-node DIR n2        what a power cut looks like to the controller, and its end
 # Nothing outside DIR is touched, apart from what `install` gets, and only processes that were started here are ended.
 set -euo pipefail
+PATH=$PATH:/usr/sbin:/sbin  # Debian leaves the daemons' folder out of a user's PATH
 do=$1
 if [ "$do" = install ]; then
   command -v slurmctld slurmd sbatch munged >/dev/null && exit 0

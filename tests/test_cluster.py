@@ -26,7 +26,8 @@ from calibrator.table import Request
 
 REPO = Path(__file__).resolve().parent.parent
 SCRIPT = Path(__file__).with_name("slurm_local.sh")
-MISSING = [p for p in ("slurmctld", "slurmd", "munged", "sbatch", "squeue") if shutil.which(p) is None]
+PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue")
+MISSING = [p for p in PROGRAMS if shutil.which(p, path=f"{os.environ['PATH']}:/usr/sbin:/sbin") is None]
 pytestmark = [
     pytest.mark.cluster,
     pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed: run `make slurm` as root or with sudo"),
