@@ -6,8 +6,9 @@
     python -m benchmarks.hourglass_scale stiff      the reduced one again with the modulus of the paper's front: minutes
     python -m benchmarks.hourglass_scale            compare what has been run: grid/ and benchmarks/results/hourglass_scale.json
 
-A name of a set after the scale runs that set alone. The grains have size and density of the paper's individual D everywhere, the neck is the reduced case's for "full" and "reduced". The wide cylinder is filled with less than the paper's
-25 g, as much as its slope needs to reach the wall: rate and slope do not know how much has gone before them.
+A name of a set after the scale runs that set alone. The grains have size and density of the paper's individual D everywhere,
+the neck is the reduced case's for all but "narrow". The wide cylinder is filled with less than the paper's 25 g, as much as
+its slope needs to reach the wall: rate and slope do not know how much has gone before them.
 """
 
 import sys
