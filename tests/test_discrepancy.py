@@ -152,11 +152,8 @@ def test_the_experiment_that_disagrees_is_found(world, rng):
 def test_the_probabilities_of_places_are_uniform_where_there_is_no_gap(world):
     covariance, jacobian, _ = world
     rng, experiments = np.random.default_rng(8), ["hourglass"] * 8 + ["ledge"] * 6
-    theta = rng.normal(size=(400, D))
-    found = [
-        localise(r + jacobian @ t, covariance, jacobian, experiments)
-        for r, t in zip(draws(covariance, 400, rng), theta, strict=True)
-    ]
+    residuals = draws(covariance, 400, rng) + rng.normal(size=(400, D)) @ jacobian.T
+    found = [localise(r, covariance, jacobian, experiments) for r in residuals]
     p = [one.p for places in found for one in places if one.experiment == "ledge"]
     assert stats.kstest(p, "uniform").pvalue > 0.01
 
