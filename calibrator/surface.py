@@ -16,6 +16,8 @@ from scipy import linalg
 
 from calibrator.errors import CalibratorError
 
+BENDING = 0.5  # of an effect's size: what its square and its products with parameters plausibly amount to
+SMALLEST_EFFECT = 0.1  # in scatters of a run: keeps the ridge of an effect that does nothing finite
 SPARE_RUNS = 8  # more than terms: the seed noise is estimated from these degrees of freedom
 
 
@@ -36,8 +38,8 @@ def terms(units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
 class Surface:
     """Least-squares surfaces of the observables of one experiment.
 
-    coefficients (p, n); inverse (p, p) = (X'X)^-1; noise (n, n) covariance of one run about the surfaces; misfit (n,) variance
-    by which the surfaces miss the mean of a set, from sets with replicates; degrees of freedom of the noise.
+    coefficients (p, n); inverse (p, p) = (X'X + ridge)^-1; noise (n, n) covariance of one run about the surfaces; misfit (n,)
+    variance by which the surfaces miss the mean of a set, from sets with replicates; degrees of freedom of the noise.
     """
 
     coefficients: np.ndarray
@@ -61,17 +63,33 @@ class Surface:
                 f"{name or 'an experiment'} has {len(design)} finished runs, {SPARE_RUNS - spare} too few for its response "
                 "surfaces: add sets to [diagnosis], or see why runs fail"
             )
-        columns = design[:, used]
-        basis, triangle = np.linalg.qr(columns)
-        if np.abs(np.diag(triangle)).min() < 1e-8 * np.abs(np.diag(triangle)).max():
+        inverse = np.zeros((design.shape[1],) * 2)
+        columns, penalty = design[:, used], _penalty(design, values, units.shape[1], amplitudes.shape[1])[used]
+        if np.linalg.cond(columns.T @ columns + np.diag(penalty)) > 1e10:
             raise CalibratorError(f"the runs of {name or 'an experiment'} do not tell its terms apart: add sets to [diagnosis]")
-        root = linalg.solve_triangular(triangle, np.eye(len(triangle)))
-        coefficients, inverse = np.zeros((design.shape[1], values.shape[1])), np.zeros((design.shape[1],) * 2)
-        coefficients[used] = root @ (basis.T @ values)
-        inverse[np.ix_(used, used)] = root @ root.T
+        inverse[np.ix_(used, used)] = np.linalg.inv(columns.T @ columns + np.diag(penalty))
+        coefficients = inverse @ design.T @ values
         left = values - design @ coefficients
         misfit = _misfit(np.column_stack([units, amplitudes]), values, left, spare)
         return cls(coefficients, inverse, left.T @ left / spare, misfit, spare)
+
+
+def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarray:
+    """Ridge (p,) on how an effect bends and depends on the parameters, which a few runs of each can hardly tell.
+
+    These coefficients are taken to be normal with a spread of BENDING times the effect's own size, its root mean square over
+    the observables in units of their scatter, as a fit of the amplitudes alone finds it (empirical Bayes).
+    """
+    first = 1 + d + d * (d + 1) // 2
+    alone = first + (2 + d) * np.arange(k)
+    plain = np.r_[np.arange(first), alone]
+    fitted, *_ = np.linalg.lstsq(design[:, plain], values, rcond=None)
+    scatter = np.std(values - design[:, plain] @ fitted, axis=0) + 1e-12 * np.abs(values).max(axis=0) + 1e-300
+    penalty = np.zeros(design.shape[1])
+    for own, column in zip(alone, fitted[first:], strict=True):
+        size = max(float(np.sqrt(np.mean((column / scatter) ** 2))), SMALLEST_EFFECT)
+        penalty[own + 1 : own + 2 + d] = 1 / (BENDING * size) ** 2
+    return penalty
 
 
 def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) -> np.ndarray:
