@@ -84,7 +84,12 @@ def _do(options: argparse.Namespace) -> int:
     space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh)
     if options.verb in DIAGNOSIS:
         _, load, describe = DIAGNOSIS[options.verb]
-        _say(f"{options.verb}: {describe(load()(space, options.yes))}")
+        outcome = load()(space, options.yes)
+        _say(f"{options.verb}: {describe(outcome)}")
+        if options.verb == "diagnose":
+            from calibrator.diagnosis_page import write_diagnosis
+
+            _say(f"  report: {write_diagnosis(space, outcome)}")
         return 0
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
     good = True

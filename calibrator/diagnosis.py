@@ -32,7 +32,7 @@ from calibrator.identification import Effect, Explanation, Measured
 from calibrator.lab import Observable
 from calibrator.quantities import EFFECTS
 from calibrator.records import Record
-from calibrator.surface import Surfaces
+from calibrator.surface import Surfaces, fewest_runs
 from calibrator.table import Request
 from calibrator.verdict import Linear, Verdict, judge, linear
 from calibrator.workflow import Report, Workspace, carry_out, for_new_seeds, made_by, silent
@@ -60,6 +60,7 @@ def prepare(space: Workspace, observables: Sequence[Observable], yes: bool, repo
     """Carry out the runs of the surfaces and fit them. Raises CalibratorError beyond the budget unless yes."""
     case, effects = space.case, ex.library(space.case)
     found = ex.experiments(case, observables)
+    _enough(space, len(effects))
     points = sobol(case.problem, case.diagnosis.sets)
     plain = ex.plain_requests(case, found, points)
     changes = ex.change_requests(case, found, effects, points)
@@ -74,6 +75,15 @@ def prepare(space: Workspace, observables: Sequence[Observable], yes: bool, repo
     held = np.array([i for i, o in enumerate(ordered) if o.role == "held_out"], int)
     measured = ex.measured(ordered, case.nuisances, surfaces, slopes, effects)
     return Scene(effects, found, ordered, surfaces, measured, used, held, notes)
+
+
+def _enough(space: Workspace, effects: int) -> None:
+    """Raise CalibratorError where the planned runs are too few for the surfaces, before any of them is made."""
+    settings, parameters = space.case.diagnosis, len(space.case.problem.names)
+    if settings.sets * settings.replicates < (least := fewest_runs(parameters, 0)):
+        raise CalibratorError(f"diagnosis.sets x replicates is below {least}: raise one of them")
+    if settings.sets + effects * settings.effect_sets < (least := fewest_runs(parameters, effects)):
+        raise CalibratorError(f"diagnosis.sets + effects x effect_sets is below {least}: raise one of them")
 
 
 def _carried_out(space: Workspace, requests: Sequence[Request], yes: bool, report: Report) -> dict[str, Record]:
@@ -229,7 +239,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
         "explanations": [_explanation(scene, one, own) for one, own in zip(tried, runs, strict=True)],
         "fingerprints": {
             "effects": [e.name for e in scene.effects],
-            "lengths": [float(x) for x in picture.prints.lengths],
+            "shifts": _shifts(scene, picture),
             "confusability": [[float(c) for c in row] for row in picture.prints.confusability],
             "amplitudes": [finite(x) for x in picture.prints.amplitudes(picture.residual)],
             "likelihood_ratios": [float(x) for x in picture.prints.likelihood_ratios(picture.residual)],
@@ -262,6 +272,13 @@ def _locations(scene: Scene, picture: Linear) -> list[Any]:
     slopes = scene.surfaces.jacobian(picture.none.unit, np.zeros(len(scene.effects)))[scene.used, :d]
     names = [scene.observables[i].experiment for i in scene.used]
     return localise(picture.none.residual, picture.none.covariance, slopes, names)
+
+
+def _shifts(scene: Scene, picture: Linear) -> list[list[float]]:
+    """Change of each used observable by each effect of plausible size, in standard errors (n, k)."""
+    slopes = scene.surfaces.jacobian(picture.none.unit, np.zeros(len(scene.effects)))[scene.used, scene.surfaces.dimensions :]
+    errors = np.sqrt(np.diag(picture.none.covariance))
+    return [[float(x) for x in row] for row in slopes / errors[:, None]]
 
 
 def _ghosts(picture: Linear, rng: np.random.Generator) -> dict[str, float]:

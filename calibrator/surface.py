@@ -34,6 +34,11 @@ def terms(units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     return np.column_stack([np.ones(len(x)), x, *pairs, *products])
 
 
+def fewest_runs(parameters: int, effects: int) -> int:
+    """Runs of one experiment that the surfaces of so many parameters and effects need at least."""
+    return terms(np.zeros((1, parameters)), np.zeros((1, effects))).shape[1] + SPARE_RUNS
+
+
 @dataclass(frozen=True, eq=False)
 class Surface:
     """Least-squares surfaces of the observables of one experiment.

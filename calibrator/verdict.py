@@ -132,6 +132,8 @@ def identify_effect(
     if _nameable(best, found, weights, ghost, rule, len(kept) - surfaces.dimensions):
         return verdict("named", best.effects, best)
     names = _credible_set(weights, rule.coverage)
+    if len(names) == 1:  # probable, but not clear of chance or of a rival
+        names = (*names, "unknown")
     if "unknown" in names and weights["unknown"] >= 0.5:
         return verdict("unknown", ())
     return verdict("ambiguous", names)

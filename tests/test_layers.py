@@ -20,8 +20,8 @@ LAYERS = [
     ["workflow"],
     ["diagnosis"],
     ["plot"],
-    ["page", "scenes"],
-    ["report"],
+    ["page", "scenes", "plot_diagnosis"],
+    ["report", "diagnosis_page"],
     ["cli"],
 ]
 FENCED = {
