@@ -51,10 +51,10 @@ def truth_of(case: Case, hidden: dict[str, float], rng: np.random.Generator) -> 
 
 
 def drawn_effect(case: Case, rng: np.random.Generator) -> dict[str, float]:
-    """Nothing, or an effect of the library at 0.5 to 2 times its plausible size."""
+    """Nothing, or an effect of the library at 0.5 to 1.5 times its plausible size."""
     effects = ex.library(case)
     choice = int(rng.integers(-1, len(effects)))
-    return {} if choice < 0 else sized(effects[choice], float(rng.uniform(0.5, 2)), rng)
+    return {} if choice < 0 else sized(effects[choice], float(rng.uniform(0.5, 1.5)), rng)
 
 
 def sized(effect: Effect, amplitude: float, rng: np.random.Generator) -> dict[str, float]:
@@ -91,8 +91,8 @@ def metrology(nuisances: Sequence[Nuisance], rng: np.random.Generator) -> dict[s
 
 
 def small_effects(nuisances: Sequence[Nuisance], draws: dict[str, float]) -> dict[str, float]:
-    """Columns of the nuisances that are a small effect."""
-    return {n.effect: n.error * draws[n.name] for n in nuisances if n.effect}
+    """Columns of the nuisances that are a small effect of either sign; the spread of sizes is JITTER in every laboratory."""
+    return {n.effect: n.error * draws[n.name] for n in nuisances if n.effect and n.effect != "size_spread"}
 
 
 def read_off(
@@ -134,7 +134,7 @@ def make(folder: Path, hide: str | None, seed: int) -> None:
     if hide is None:
         hidden = drawn_effect(case, rng)
     elif hide in effects:
-        hidden = sized(effects[hide], float(rng.uniform(0.8, 2)), rng)
+        hidden = sized(effects[hide], float(rng.uniform(0.8, 1.5)), rng)
     else:
         hidden = {} if hide == "none" else {hide: float(OUTSIDE[hide] is not None)}
     truth = truth_of(case, hidden, rng)

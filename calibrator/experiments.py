@@ -10,7 +10,7 @@ import numpy as np
 from calibrator.case import Case
 from calibrator.discrepancy import repeated
 from calibrator.errors import CalibratorError
-from calibrator.identification import Effect, Measured
+from calibrator.identification import LARGEST, Effect, Measured
 from calibrator.lab import Nuisance, Observable
 from calibrator.problem import Value
 from calibrator.quantities import EFFECTS, SETUPS, parameters_of
@@ -39,9 +39,10 @@ def library(case: Case) -> list[Effect]:
     """The effects that the case looks for."""
     found = []
     for name in case.diagnosis.effects:
-        effect = EFFECTS[name].effect
-        assert effect is not None
-        found.append(Effect(name, effect.sign, effect.scale))
+        quantity = EFFECTS[name]
+        assert quantity.effect is not None and quantity.high is not None and isinstance(quantity.default, (int, float))
+        effect, room = quantity.effect, (quantity.high - quantity.default) / quantity.effect.scale
+        found.append(Effect(name, effect.sign, effect.scale, min(LARGEST, room)))
     return found
 
 

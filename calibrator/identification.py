@@ -15,7 +15,7 @@ from scipy import linalg, optimize, stats
 
 from calibrator.surface import Surfaces
 
-LARGEST = 3.0  # amplitude, in plausible scales: beyond, the surfaces extrapolate
+LARGEST = 2.5  # amplitude, in plausible scales: the surfaces are made from up to 1.5 and extrapolate beyond
 UNKNOWN_SPREADS = (1.0, 2.0, 4.0)  # of the explanation that nobody has thought of, in seed scatters of one run
 STARTS = (0.15, 0.5, 0.85)  # of each parameter, in its range
 VARIANCE_ROUNDS = 2  # the errors of the surfaces depend on where they are used; this converges in two
@@ -23,16 +23,17 @@ VARIANCE_ROUNDS = 2  # the errors of the surfaces depend on where they are used;
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate: its column, its sign and the plausible size that amplitudes count."""
+    """A candidate: its column, its sign, the plausible size that amplitudes count, and how many of those are possible."""
 
     name: str
     sign: str
     scale: float
+    largest: float = LARGEST
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Amplitudes that the surfaces cover, in plausible scales."""
-        return (0.0 if self.sign == "+" else -LARGEST, LARGEST)
+        """Amplitudes that are fitted, in plausible scales."""
+        return (0.0 if self.sign == "+" else -self.largest, self.largest)
 
 
 @dataclass(frozen=True, eq=False)
