@@ -8,6 +8,7 @@ import pytest
 from calibrator import workflow
 from calibrator.case import read_case
 from calibrator.cost import particles
+from calibrator.diagnosis import diagnose
 from calibrator.plan import plan_requests
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
@@ -56,3 +57,10 @@ def test_the_reduced_case_has_the_papers_parameters_and_enough_replicates():
     assert grid.problem.setups["hourglass"] == reduced.problem.setups["hourglass"]
     sets = reduced.plan.sets + len(plan_requests(grid))
     assert sets >= 150 and reduced.plan.replicated_sets >= 0.2 * sets and reduced.plan.replicates >= 3
+
+
+def test_the_five_numbers_of_the_paper_cannot_tell_what_is_missing(tmp_path):
+    space = workflow.Workspace(read_case(CASES / "quartz_sand_full.toml"), tmp_path / "quartz_sand_full")
+    found = diagnose(space)
+    assert found["verdict"] == "cannot tell"
+    assert "3 observables against 5 parameters" in found["sentence"] and "measure at least 7 more" in found["sentence"]
