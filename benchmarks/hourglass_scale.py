@@ -29,7 +29,7 @@ REPO = Path(__file__).resolve().parent.parent
 FOLDER = RunFolder(REPO / "results" / "hourglass_scale")
 SHIPPED = REPO / "grid" / "hourglass_scale.csv"
 # rolling and sliding friction, and the mass [kg] for the wide cylinder
-SETS = {"low": (0.1, 0.2, 10e-3), "middle": (0.327, 0.429, 14.5e-3), "high": (0.4, 0.55, 17.5e-3), "highest": (0.5, 0.7, 20e-3)}
+SETS = {"low": (0.1, 0.2, 10e-3), "medium": (0.2, 0.3, 12e-3), "high": (0.327, 0.429, 14.5e-3), "highest": (0.5, 0.7, 20e-3)}
 # Soft, so that a wide cylinder costs an hour and not three; "stiff" shows what that changes.
 GRAINS = dict(particle_radius=0.4e-3, particle_density=2800.0, young_modulus=1e6)
 STIFF = 5e6
