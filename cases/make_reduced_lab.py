@@ -10,9 +10,9 @@ YADE runs of both at the same frictions (python -m benchmarks.hourglass_scale, g
   is that of the ways of measuring, of the codes and of the sizes of the cylinders in one;
 - angle: the straight line through the sets that turns the slope fitted in the wide cylinder, which is what the paper measures,
   into the equivalent angle of the reduced one;
-- rate: the paper gives the time of the whole discharge. The mass behind it is that above the crater of the measured angle, the
-  steady rate is as much larger than the mean one as in the run of individual D in the wide cylinder, and the ratio of rates, reduced with its own
-  neck over full, and of the two necks, carries it over.
+- rate: the paper gives the time of the whole discharge. The mass behind it is that above the crater of the measured angle; the
+  steady rate is as much larger than the mean one as in the run of individual D in the wide cylinder; and two ratios of rates
+  carry it over, of the reduced cylinder to the wide one and of its neck to one of 5 mm.
 """
 
 import tomllib
