@@ -26,13 +26,21 @@ NOISE = 0.004  # relative scatter of one run
 def responses_of(setup: str, p: dict) -> dict[str, float]:
     """Smooth made-up responses: monotonic in both frictions, with a soft-grain effect on the density."""
     rolling, sliding, soft = p["rolling_friction"], p["sliding_friction"], math.log10(p["young_modulus"] / 1e6)
-    density = 1700 - 120 * sliding - 90 * rolling - 25 * soft
-    angle = 20 + 45 * math.tanh(2 * rolling) + 12 * sliding
+    sticky, drag = p.get("bond_number", 0.0), p.get("bed_viscosity", 0.0) / 1e-3
+    density = 1700 - 120 * sliding - 90 * rolling - 25 * soft - 60 * sticky
+    angle = 20 + 45 * math.tanh(2 * rolling) + 12 * sliding + 6 * sticky
     if setup == "hourglass":
-        return {"bulk_density": density, "drained_equivalent_angle_deg": angle, "mass_flow_rate": 0.03 - 0.008 * sliding}
+        return {
+            "bulk_density": density,
+            "drained_equivalent_angle_deg": angle,
+            "mass_flow_rate": (0.03 - 0.008 * sliding - 0.003 * sticky) / (1 + 0.1 * drag),
+            "late_early_ratio": 0.9 - 0.1 * rolling - 0.1 * sticky,
+            "onset_delay": 0.02 * (1 + 0.2 * drag),
+        }
     if setup == "ledge":
-        return {"bulk_density": density, "ledge_equivalent_angle_deg": 0.8 * angle}
-    return {"bulk_density": density, "pile_equivalent_angle_deg": 0.5 * angle}
+        return {"bulk_density": density, "ledge_equivalent_angle_deg": 0.8 * angle, "ledge_curvature": -20 - 10 * rolling}
+    heap = 0.5 * angle + 5 * sticky
+    return {"bulk_density": density, "pile_equivalent_angle_deg": heap, "pile_apex_rounding": 1e-3 * (1 + sliding - 0.4 * sticky)}
 
 
 def run_line() -> None:

@@ -9,6 +9,7 @@ from calibrator import workflow
 from calibrator.case import read_case
 from calibrator.cli import main
 from calibrator.cost import particles
+from calibrator.diagnosis import diagnose
 from calibrator.errors import CalibratorError
 from calibrator.plan import plan_requests
 
@@ -64,12 +65,8 @@ def test_cluster_settings_with_two_values_or_shell_text_are_refused(write_case, 
     path, site = write_case(("[run]", '[cluster]\npartition = "a"\n[run]')), tmp_path / "site.toml"
     site.write_text('[cluster]\naccount = "sand"\nmodules = ["yade/2023.02"]\nshell = ["ulimit -c 0"]\n')
     cluster = read_case(path, site).cluster
-    assert (cluster.partition, cluster.account, cluster.modules, cluster.shell) == (
-        "a",
-        "sand",
-        ("yade/2023.02",),
-        ("ulimit -c 0",),
-    )
+    assert (cluster.partition, cluster.account) == ("a", "sand")
+    assert (cluster.modules, cluster.shell) == (("yade/2023.02",), ("ulimit -c 0",))
     for wrong in (
         'partition = "b"', 'account = "x; rm"', 'account = "x\\n"', 'time = "soon"', 'memory = "-1"', 'modules = ["a; rm"]',
         'modules = ["-f"]', "nodes = 2", "most_tasks = 0",
@@ -89,3 +86,10 @@ def test_the_forecast_on_the_cluster_page_is_what_plan_prints(tmp_path, capsys):
     printed = capsys.readouterr().out.splitlines()[:2]
     page = (CASES.parent / "docs" / "cluster.md").read_text()
     assert len(printed) == 2 and all(f"    {line}\n" in page for line in printed)
+
+
+def test_the_five_numbers_of_the_paper_cannot_tell_what_is_missing(tmp_path):
+    space = workflow.Workspace(read_case(CASES / "quartz_sand_full.toml"), tmp_path / "quartz_sand_full")
+    found = diagnose(space)
+    assert found["verdict"] == "cannot tell"
+    assert "3 observables against 5 parameters" in found["sentence"] and "measure at least 7 more" in found["sentence"]

@@ -6,21 +6,22 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 LAYERS = [
     ["errors"],
-    ["files"],
+    ["files", "discrepancy", "surface"],
     ["quantities"],
     ["problem"],
     ["lab", "design", "table"],
     ["case", "records"],
-    ["database", "interpolation", "verification"],
+    ["database", "interpolation", "verification", "identification"],
     ["objectives", "multilinear", "gaussian_process"],
     ["coordinates"],
     ["cost", "nsga2", "selection", "identifiability", "sensitivity"],
     ["plan", "runner", "adaptive"],
-    ["cluster"],
+    ["cluster", "verdict", "experiments"],
     ["workflow"],
+    ["diagnosis"],
     ["plot"],
-    ["page", "scenes"],
-    ["report"],
+    ["page", "scenes", "plot_diagnosis"],
+    ["report", "diagnosis_page"],
     ["cli"],
 ]
 FENCED = {
