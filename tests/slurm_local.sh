@@ -98,6 +98,7 @@ case $do in
   stop)
     timeout 10 scancel --quiet -u "$(id -un)" 2>/dev/null || true
     for _ in $(seq 50); do [ -z "$(timeout 5 squeue -h 2>/dev/null)" ] && break; sleep 0.2; done
-    for p in n1 n2 slurmctld munge; do kill "$(cat "$dir/$p.pid")" 2>/dev/null || true; done;;
+    for p in n1 n2 slurmctld munge; do kill "$(cat "$dir/$p.pid")" 2>/dev/null || true; done
+    for _ in $(seq 50); do ls "$dir"/*.pid >/dev/null 2>&1 || break; sleep 0.2; done;;  # each takes its own file away
   *) exit 2;;
 esac

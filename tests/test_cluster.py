@@ -54,7 +54,7 @@ def slurm():
         yield folder
     finally:
         subprocess.run(["bash", SCRIPT, "stop", folder])
-        shutil.rmtree(folder, ignore_errors=True)  # the daemons are taking their own files away
+        shutil.rmtree(folder, ignore_errors=True)
         del os.environ["SLURM_CONF"]
 
 
