@@ -554,7 +554,7 @@ def request(yard: Yard, given: tuple[str, dict[str, Any]]) -> None:
     made = ask(lambda: Request.of(setup, **values))
     if made is not None:
         for name, value in values.items():
-            require(made.parameters[name] == value, f"{name} became another value")
+            require(made.value(name) == value, f"{name} became another value")  # an effect that is off is left out
         require(all(only_data(cell(n, v)) for n, v in made.parameters.items()), "code in a cell")
     for name, value in values.items():
         text = ask(lambda name=name, value=value: cell(name, value)) if name in PARAMETERS else None

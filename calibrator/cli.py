@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 from calibrator import __version__
 from calibrator.case import read_case
 from calibrator.errors import CalibratorError, one_line
-from calibrator.runner import Progress
+from calibrator.runner import RETRIED, Progress
 
 Outcome = dict[str, Any]
 
@@ -116,7 +116,7 @@ def _workflow(name: str, with_progress: bool = False) -> Callable[[], Callable[[
         from calibrator import workflow
 
         verb = getattr(workflow, name)
-        return (lambda space: verb(space, ProgressBar(sys.stderr))) if with_progress else verb
+        return (lambda space: _alone(verb, space)) if with_progress else verb
 
     return load
 
@@ -126,9 +126,15 @@ def _diagnosis(name: str) -> Callable[[], Callable[[Any, bool], Outcome]]:
         from calibrator import diagnosis
 
         verb = getattr(diagnosis, name)
-        return lambda space, yes: verb(space, ProgressBar(sys.stderr), yes)
+        return lambda space, yes: _alone(verb, space, yes)
 
     return load
+
+
+def _alone(verb: Callable[..., Outcome], space: Any, *more: Any) -> Outcome:
+    """A verb that makes runs: one at a time in a results folder."""
+    with space.runs.alone():
+        return verb(space, ProgressBar(sys.stderr), *more)
 
 
 def _report() -> Callable[[Any], Outcome]:
@@ -186,7 +192,14 @@ def _say_runs(o: Outcome) -> str:
         text += f"; {o['from_shipped_database']} of them come with the project (same content), use --fresh to run them anew"
     if o.get("missing"):
         text += f"; {o['missing']} of the plan are still missing"
-    return "\n".join([text, *(f"  {run_id} {why}" for run_id, why in o["failed"].items())])
+    lines = [text, *(f"  {run_id} {why}" for run_id, why in o["failed"].items())]
+    if len(o["yade"]) > 1:
+        lines.append(
+            f"  made by YADE {', '.join(o['yade'])}: numbers of different versions may differ; --fresh makes all runs anew"
+        )
+    if any(why.startswith(RETRIED) for why in o["failed"].values()):
+        lines.append("  failed runs are not tried again: for that, delete failures.json in the results folder")
+    return "\n".join(lines)
 
 
 def _say_calibrate(o: Outcome) -> str:

@@ -7,7 +7,6 @@ driver has given up, or done with, is marked `settled`; a task of it that starts
 
 from __future__ import annotations
 
-import fcntl
 import json
 import re
 import shlex
@@ -15,8 +14,7 @@ import shutil
 import subprocess
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from calibrator.case import Cluster
@@ -35,7 +33,6 @@ from calibrator.runner import (
     note_failures,
     notice,
     pending_requests,
-    refuse_link,
     time_limit,
 )
 from calibrator.table import Request, write_table
@@ -57,32 +54,20 @@ def run(
     """Carry out the requests that have no good record yet through SLURM; the contract is that of `runner.run`.
 
     The driver may die at any time: the jobs go on, and the next call waits for them before it submits what is missing.
-    Raises CalibratorError where SLURM is missing, does not answer or refuses a submission, where no run of one starts, or where
-    another driver is at work.
+    Two drivers at once would submit the same runs: the caller holds `RunFolder.alone`.
+    Raises CalibratorError where SLURM is missing, does not answer or refuses a submission, or where no run of one starts.
     """
     for program in ("sbatch", "squeue"):
         if shutil.which(program) is None:
             raise CalibratorError(f"{program} is not installed here: call this on a login node, or leave out --engine slurm")
     folder.prepare()
-    with _only_driver(folder):
+    _wait(folder, requests, options, report)
+    while pending := pending_requests(folder, requests, attempts):
+        batch, submitted = _submit(folder, pending, options)
         _wait(folder, requests, options, report)
-        while pending := pending_requests(folder, requests, attempts):
-            batch, submitted = _submit(folder, pending, options)
-            _wait(folder, requests, options, report)
-            if not any(_started(folder, r) for r in submitted):
-                raise CalibratorError(f"no run started: read {batch}/*.out and correct [cluster], then call again")
+        if not any(_started(folder, r) for r in submitted):
+            raise CalibratorError(f"no run started: read {batch}/*.out and correct [cluster], then call again")
     return gather(folder, requests)
-
-
-@contextmanager
-def _only_driver(folder: RunFolder) -> Iterator[None]:
-    """Two drivers at once would submit the same runs."""
-    with open(refuse_link(folder.path / "locks" / "driver"), "w") as stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise CalibratorError(f"another driver is at work in {folder.path}: wait for it, or end it first") from None
-        yield
 
 
 def _submit(folder: RunFolder, pending: Sequence[Request], options: Cluster) -> tuple[Path, list[Request]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +15,7 @@ from calibrator.quantities import DIAGNOSTICS, RESPONSES, SCHEMA, STATUSES
 from calibrator.table import Request
 
 KEYS = {"schema", "setup", "run_id", "parameters", "status", "responses", "error", "diagnostics", "provenance"}
-OPTIONAL = {"traceback"}
+OPTIONAL = {"traceback", "seal"}  # records from before there were seals have none
 
 
 TEXTS, NUMBERS = {"yade", "scripts", "host"}, {"started", "wall_time"}
@@ -61,6 +63,7 @@ def read_record(path: Path, request: Request) -> Record:
         raise InvalidRecord(f"not readable as JSON: {error}") from None
     _check_shape(raw)
     _check_echo(raw, request)
+    _check_seal(raw)
     responses = {_known_response(n, request.setup): _finite(n, v) for n, v in raw["responses"].items()}
     return Record(request, raw["status"], responses, one_line(raw["error"] or ""), raw["diagnostics"], raw["provenance"])
 
@@ -107,6 +110,17 @@ def _check_echo(raw: dict[str, Any], request: Request) -> None:
     wrong = sorted(n for n in names if echo.get(n) != request.parameters.get(n) or isinstance(echo.get(n), bool))
     if wrong:
         raise InvalidRecord(f"was run with another value of {', '.join(wrong)} than asked for")
+
+
+def _check_seal(raw: dict[str, Any]) -> None:
+    if "seal" not in raw:
+        return
+    try:
+        rest = json.dumps({key: value for key, value in raw.items() if key != "seal"}, sort_keys=True)
+    except RecursionError:
+        raise InvalidRecord("nested too deeply") from None
+    if raw["seal"] != hashlib.sha256(rest.encode()).hexdigest()[:16]:
+        raise InvalidRecord("was changed after the run: its seal does not fit")
 
 
 def _known_response(name: str, setup: str) -> str:

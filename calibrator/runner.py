@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import json
 import logging
 import os
@@ -10,7 +12,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +28,10 @@ log = logging.getLogger(__name__)
 
 RETRIED = ("crash", "lost", "timeout")
 """Failures worth another try. A retry of the same request gives the same bits, so the other kinds would fail again."""
+
+FOLDERS = ("records", "logs", "batches", "locks")
+ROOM = 2**20
+"""Bytes that must fit into each folder: what a run of some ten thousand grains leaves."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +81,7 @@ class RunFolder:
     def prepare(self) -> None:
         """Make the folders, and a link to the scripts so that no path with blanks reaches yade-batch's shell."""
         own_folder(self.path)
-        for name in ("records", "logs", "batches", "locks"):
+        for name in FOLDERS:
             own_folder(self.path / name)
         link = self.path / "scripts"
         if not link.exists() or link.resolve() != SCRIPTS:
@@ -84,6 +90,26 @@ class RunFolder:
             except IsADirectoryError:
                 raise CalibratorError(f"{link} is a folder, and the link to YADE's scripts goes there: remove it") from None
             link.symlink_to(SCRIPTS, target_is_directory=True)
+
+    def check_room(self) -> None:
+        """Raise OSError where a run could not leave its files: a full or read-only disk must not be blamed on the run."""
+        for name in FOLDERS:
+            write_text(self.path / name / "room", " " * ROOM)
+            (self.path / name / "room").unlink()
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Wait for another driver that is at work in this folder, and keep others out; the lock dies with its process."""
+        own_folder(self.path)
+        with open(refuse_link(self.path / "driver.lock"), "a") as stream:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                log.warning("another calibrator is at work in %s: waiting for it to end", one_line(str(self.path)))
+                fcntl.flock(stream, fcntl.LOCK_EX)
+            except OSError:
+                pass  # a network file system without locks: there, two drivers may do a run twice, but lose none
+            yield
 
 
 def _checked_failures(raw: Any) -> dict[str, dict[str, str | int]]:
@@ -118,7 +144,7 @@ def run(
     """Carry out the requests that have no good record yet, longest first, retrying by failure kind.
 
     Returns the finished runs. Whatever is interrupted, calling again goes on from the records that exist.
-    Raises CalibratorError if YADE is missing.
+    Raises CalibratorError if YADE is missing or yade-batch ends early, OSError where the disk is full or read-only.
     """
     folder.prepare()
     for attempt in range(attempts):
@@ -130,7 +156,13 @@ def run(
         cost = dict(zip((r.run_id for r in pending), predicted, strict=True))
         pending.sort(key=lambda r: -cost[r.run_id])
         _run_batch(folder, pending, cost, command, jobs or os.cpu_count() or 1, 2.0**attempt, report)
-    return gather(folder, requests)
+    records = gather(folder, requests)
+    if len(records) < len(requests):
+        raise CalibratorError(
+            f"{len(requests) - len(records)} runs are still to be done: yade-batch ended early (the end of "
+            f"{folder.path}/logs/yade-batch.log says why), or records were damaged meanwhile; run the same command again"
+        )
+    return records
 
 
 def pending_requests(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
@@ -163,6 +195,7 @@ def _run_batch(
     patience: float,
     report: Callable[[Progress], None],
 ) -> None:
+    folder.check_room()
     clear(folder, batch)
     name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
     write_table(folder.path / name, batch)
@@ -182,13 +215,20 @@ def _run_batch(
             _watch(process, folder, batch, cost, jobs, report)
         finally:
             _kill_group(process)
+    if not all(_succeeded(folder, request) for request in batch):
+        folder.check_room()
     note_failures(folder, batch)
 
 
 def clear(folder: RunFolder, batch: Sequence[Request]) -> None:
-    """Remove what failed attempts left: such a record would make the wrapper believe that the run is done."""
+    """Remove what failed attempts left: such a record would make the wrapper believe that the run is done.
+
+    A good record stays: a run that outlived its driver may have written it since the batch was put together.
+    """
     for request in batch:
-        folder.record(request).unlink(missing_ok=True)
+        with contextlib.suppress(FileNotFoundError, InvalidRecord):
+            if read_record(folder.record(request), request).status in RETRIED:
+                folder.record(request).unlink()
         folder.log(request).unlink(missing_ok=True)
         refuse_link(folder.path / "locks" / request.run_id)
 
@@ -245,7 +285,7 @@ def notice(folder: RunFolder, requests: Sequence[Request], finished: set[str], f
 def _succeeded(folder: RunFolder, request: Request) -> bool:
     try:
         return read_record(folder.record(request), request).status == "ok"
-    except InvalidRecord:
+    except (FileNotFoundError, InvalidRecord):
         return False
 
 
@@ -268,7 +308,10 @@ def note_failures(folder: RunFolder, batch: Sequence[Request], verdicts: Mapping
             record = read_record(folder.record(request), request)
             kind, message = record.status, record.error
         except (FileNotFoundError, InvalidRecord) as error:
-            kind, message = (verdicts or {}).get(request.run_id) or _verdict_from_log(folder.log(request), error)
+            known = (verdicts or {}).get(request.run_id)
+            if known is None and not _started(folder.log(request)):
+                continue  # that yade-batch died, or YADE went missing, is no failure of the runs that were to come
+            kind, message = known or _verdict_from_log(folder.log(request), error)
         if kind in RETRIED:
             failures[request.run_id] = {"kind": kind, "message": message, "attempts": failed_attempts(failures, request) + 1}
         else:
@@ -295,13 +338,18 @@ def _text(log_file: Path) -> str:
     return log_file.read_text("utf-8", errors="replace") if log_file.is_file() else ""
 
 
+def _started(log_file: Path) -> bool:
+    """Whether a run got as far as YADE: it has a log, and that does not say that a program was missing (126, 127)."""
+    return log_file.is_file() and exit_code(log_file) not in (126, 127)
+
+
 def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
     """What became of a run without a valid record."""
     if isinstance(why, InvalidRecord):
         return "lost", f"invalid record: {why}"
     code = exit_code(path)
     without_sentence = {
-        None: ("lost", "no record and no exit status: the run was killed with its driver, or never started"),
+        None: ("lost", "no record and no exit status: the run was killed with its driver"),
         0: ("lost", "it ended without writing a record"),
         124: ("timeout", "the wall-clock limit passed"),
         137: ("lost", "killed from outside (signal 9)"),

@@ -314,7 +314,11 @@ def _counts(records: Sequence[Record]) -> dict[str, Any]:
     kinds = sorted({r.status for r in records})
     counts = {kind: sum(r.status == kind for r in records) for kind in kinds}
     failed = {r.run_id: f"{r.status}: {r.error}" for r in records if r.status not in ("ok", "clogged")}
-    return {"statuses": counts, "failed": failed}
+    return {
+        "statuses": counts,
+        "failed": failed,
+        "yade": sorted({r.provenance["yade"] for r in records if "yade" in r.provenance}),
+    }
 
 
 def database_records(space: Workspace) -> list[Record]:

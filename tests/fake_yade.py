@@ -2,7 +2,9 @@
 
 Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a run does instead
 is written in misbehave.json of the working folder, {"<seed>": what} with what = "crash", "segfault", "memory", "hang",
-"hang once", "lie", "half", "clog" or "nothing", and how long each run takes at least: {"duration": seconds}.
+"hang once", "lie", "half", "clog" or "nothing"; "all" stands for every seed. With {"once": true} each seed does so the first time
+only. {"duration": seconds} makes runs last, {"yade": version} is what records say, and {"clock": seconds} moves the clock while a
+run is under way.
 """
 
 import ast
@@ -72,8 +74,10 @@ def trouble(run_id: str, seed: int) -> str:
     """Note the call, with the node of a cluster, and end, die or hang where that is planned; else returns what is planned."""
     with open("calls.txt", "a") as stream:
         stream.write(f"{run_id} {os.environ.get('SLURMD_NODENAME', '')}".rstrip() + "\n")
-    plan = json.loads(Path("misbehave.json").read_text()) if Path("misbehave.json").exists() else {}
-    what = plan.get(str(seed), "good")
+    plan = planned()
+    what = plan.get(str(seed), plan.get("all", "good"))
+    if plan.get("once") and not first_time(run_id):
+        what = "good"
     time.sleep(float(plan.get("duration", 0)))
     if what == "crash":
         sys.exit("fake crash")
@@ -82,21 +86,29 @@ def trouble(run_id: str, seed: int) -> str:
     if what == "memory":
         block = b"x" * 600_000_000
         time.sleep(3600 if block else 0)
-    if what == "hang" or (what == "hang once" and Path("calls.txt").read_text().count(run_id) == 1):
+    if what == "hang" or (what == "hang once" and first_time(run_id)):
         time.sleep(3600)
     if what == "nothing":
         sys.exit()
     return what
 
 
+def planned() -> dict:
+    """What misbehave.json says."""
+    return json.loads(Path("misbehave.json").read_text()) if Path("misbehave.json").exists() else {}
+
+
 def behave(setup: str, run_id: str, p: dict, what: str) -> None:
     """Write the record, or a wrong one."""
+    plan = planned()
     scatter = random.Random(run_id)
     responses = {n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()}
     record = dict(
         schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id, parameters=contract.echoed(p), status="ok",
         responses=responses, error=None, diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
-        provenance=dict(yade="fake", scripts="fake", host="fake", started=time.time(), wall_time=2.0),
+        provenance=dict(
+            yade=plan.get("yade", "fake"), scripts="fake", host="fake", started=time.time(), wall_time=2.0 + plan.get("clock", 0)
+        ),
     )  # fmt: skip
     if what == "lie":
         record["parameters"] = {**p, "rolling_friction": p["rolling_friction"] + 1e-9}
@@ -107,6 +119,11 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
         Path("records", run_id + ".json").write_text(json.dumps(record)[:100])
         return
     contract.write_record("records", run_id, record, {})
+
+
+def first_time(run_id: str) -> bool:
+    """True for the first run of an id in this folder; calls.txt has noted the present one already."""
+    return Path("calls.txt").read_text().split().count(run_id) == 1
 
 
 def run_batch() -> None:

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from conftest import LAB
+from fake_yade import contract
 
 from calibrator.case import read_case
 from calibrator.cli import main
@@ -171,3 +172,23 @@ def test_a_name_that_is_no_text_is_printed_all_the_same(write_case, tmp_path, ca
     path = write_case(("sets = 14", "sets = 2")).rename(tmp_path / "caf\udce9.toml")
     assert main(["plan", str(path), "--results", str(tmp_path / "out")]) == 0
     assert "caf\\udce9.toml" in capsys.readouterr().out
+
+
+IMPOSSIBLE = [
+    10**309, -(10**400), 10**5000, float("nan"), float("inf"), 1e301, "a", None, True, 1j, (1,), [], {}, {1}, object()
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["young_modulus", "seed", "rolling_spring"])
+def test_an_impossible_cell_of_a_table_is_bad_input_to_the_scripts_and_the_record_can_be_written(tmp_path, name):
+    """Whatever Python value a cell that somebody wrote by hand becomes in YADE: never an error of the scripts' own."""
+    for value in IMPOSSIBLE:
+        with pytest.raises(contract.BadInput, match=f"^{name} = .*: (give|choose) "):
+            contract.checked("hourglass", {name: value})
+        contract.write_record(tmp_path, "r", {"parameters": contract.echoed({name: value})}, {})
+        assert json.loads((tmp_path / "r.json").read_text())["parameters"].keys() == {name}
+
+
+def test_a_value_that_can_be_used_is_echoed_as_it_is():
+    values = {"sliding_friction": 0.1 + 0.2, "seed": 2**31 - 1, "rolling_spring": "epsd"}
+    assert contract.echoed(contract.checked("hourglass", values)).items() >= values.items()

@@ -170,13 +170,6 @@ def test_a_job_that_comes_up_after_its_driver_has_given_it_up_does_nothing(tmp_p
     assert not (folder.path / "calls.txt").exists()
 
 
-def test_a_second_driver_is_refused(tmp_path, options, fake_yade):
-    folder = folder_in(tmp_path / "runs")
-    folder.prepare()
-    with cluster._only_driver(folder), pytest.raises(CalibratorError, match="another driver"):
-        cluster.run(folder, requests(1), options)
-
-
 def test_where_no_run_can_start_the_user_is_told_where_to_read_why(tmp_path, options, fake_yade):
     folder = folder_in(tmp_path / "runs")
     with pytest.raises(CalibratorError, match="no run started: read .*out"):

@@ -1,22 +1,26 @@
 """What a case names stays inside its project, what a run leaves stays inside its results, and files are whole or not there."""
 
+import fcntl
 import io
 import os
 import pickle
+import subprocess
 import zipfile
 
 import numpy as np
 import pytest
 from conftest import LAB
+from fake_yade import contract
 
 from calibrator import report, workflow
 from calibrator.case import read_case
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.files import named_file, parse_json, read_arrays, write_text
+from calibrator.quantities import SCRIPTS
 from calibrator.records import InvalidRecord, read_record
 from calibrator.runner import RunFolder, run
-from calibrator.table import Request
+from calibrator.table import Request, write_table
 
 # What a case names
 
@@ -151,6 +155,45 @@ def test_links_in_place_of_files_that_a_run_writes_are_replaced(tmp_path, fake_y
     assert [r.status for r in run(folder, [request], jobs=1)] == ["ok"]
     assert [p.read_text() for p in tmp_path.glob("*_victim*")] == ["mine"] * 3
     assert (tmp_path / "logs_yade-batch.log").read_text() == "mine"
+
+
+@pytest.mark.parametrize("link", ["locks", "locks/{}"])
+def test_the_wrapper_opens_no_lock_that_is_a_link(tmp_path, fake_yade, link):
+    """The driver removes such a link before a batch; this one was put there after that."""
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "victim").write_text("mine")
+    request, place = Request.of("ledge"), tmp_path / link.format(Request.of("ledge").run_id)
+    place.parent.mkdir(exist_ok=True)
+    place.symlink_to(tmp_path / "outside" / ("victim" if "/" in link else ""))
+    write_table(tmp_path / "runs.table", [request])
+    done = subprocess.run(
+        ["sh", SCRIPTS / "run_yade.sh", "-x", "scripts/ledge.py"],
+        cwd=tmp_path,
+        env={**os.environ, "YADE_BATCH": "runs.table:2", "CALIBRATOR_TIME_LIMIT": "60"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2 and "is a symbolic link: remove it" in done.stderr
+    assert not (tmp_path / "records").exists() and [p.name for p in (tmp_path / "outside").iterdir()] == ["victim"]
+    assert (tmp_path / "outside" / "victim").read_text() == "mine"
+
+
+def test_a_lock_that_is_never_released_ends_in_a_timeout(tmp_path, fake_yade):
+    """A YADE that hangs may have lost its driver and its clock to kill -9; the run that waits for it must not hang too."""
+    write_table(tmp_path / "runs.table", [Request.of("ledge")])
+    (tmp_path / "locks").mkdir()
+    limited = {**os.environ, "YADE_BATCH": "runs.table:2", "CALIBRATOR_TIME_LIMIT": "0.2"}
+    with open(tmp_path / "locks" / Request.of("ledge").run_id, "w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        done = subprocess.run(["sh", SCRIPTS / "run_yade.sh", "-x", "scripts/ledge.py"], cwd=tmp_path, env=limited, timeout=60)
+    assert done.returncode == 124 and not (tmp_path / "calls.txt").exists()
+
+
+def test_half_a_record_does_not_stay_on_a_full_disk(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        contract.write_record(tmp_path, "r", {}, {})
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_record_that_is_a_link_is_not_believed(tmp_path, fake_yade):

@@ -23,3 +23,8 @@ def test_damaged_input_is_never_a_traceback_a_hang_or_a_silent_default(yard, nam
 
     one()
     assert yard.executed() == 0
+
+
+def test_an_effect_that_is_given_as_off_is_taken_as_it_stands(yard):
+    """It is left out of the request, which the oracle once took for a lost value."""
+    use(yard, "request", ("ledge", {"bond_number": 0, "tilt_deg": 0.0}))

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from fake_yade import contract
 
 from calibrator.records import InvalidRecord, read_record
 from calibrator.table import Request
@@ -62,3 +63,22 @@ def test_a_missing_key_is_refused(tmp_path):
         del record[key]
         with pytest.raises(InvalidRecord):
             read_record(write(tmp_path, record), REQUEST)
+
+
+@pytest.mark.parametrize("number", [1500.0, 0.1 + 0.2, 1e-300, -0.0, 7])
+def test_a_sealed_record_is_believed_until_a_number_in_it_changes(tmp_path, number):
+    contract.write_record(tmp_path, "r", {**good(), "responses": {"bulk_density": number}}, {})
+    record = read_record(tmp_path / "r.json", REQUEST)
+    assert record.responses == {"bulk_density": number}
+    text = (tmp_path / "r.json").read_text()
+    for old, new in ((f'"bulk_density": {number}', '"bulk_density": 1501.5'), ('"particles": 10', '"particles": 11')):
+        assert old in text
+        with pytest.raises(InvalidRecord, match="changed after the run"):
+            read_record(write(tmp_path, text.replace(old, new)), REQUEST)
+
+
+def test_a_sealed_record_nested_without_end_is_refused(tmp_path):
+    for depth in range(100, 1000, 10):  # what can just be read can perhaps not be written again
+        text = json.dumps({**good(), "seal": "0"})[:-1] + f', "traceback": {"[" * depth}{"]" * depth}}}'
+        with pytest.raises(InvalidRecord):
+            read_record(write(tmp_path, text), REQUEST)

@@ -1,9 +1,11 @@
 """The driver, on a fake YADE that crashes, hangs, lies and writes half a file."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -99,6 +101,83 @@ def test_a_missing_yade_is_said_with_the_remedy(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(CalibratorError, match="make yade"):
         run(folder_with(tmp_path), requests(1))
+
+
+def test_a_record_that_arrives_while_the_batch_is_put_together_is_kept(tmp_path, fake_yade, monkeypatch):
+    """From a run that outlived its driver: it was not there when the driver looked for what is to be done."""
+    folder, (late, other) = folder_with(tmp_path), requests(2)
+    run(folder, [late], jobs=1)
+    record, predict = folder.record(late).read_bytes(), runner.core_seconds
+    folder.record(late).unlink()
+
+    def arriving(*given):
+        folder.record(late).write_bytes(record)
+        return predict(*given)
+
+    monkeypatch.setattr(runner, "core_seconds", arriving)
+    assert [r.status for r in run(folder, [late, other], jobs=1)] == ["ok", "ok"]
+    assert folder.record(late).read_bytes() == record and calls(folder).count(late.run_id) == 1
+
+
+def put(program, text):
+    program.write_text(f"#!/bin/sh\n{text}\n")
+    program.chmod(0o755)
+
+
+@pytest.mark.parametrize(("program", "text"), [("yade-batch", "kill -9 $$"), ("timeout", "exit 127"), ("timeout", "exit 126")])
+def test_that_yade_could_not_be_started_is_no_failure_of_the_runs(tmp_path, fake_yade, program, text):
+    """However often it happens: once it is mended, every run is made, and has both its attempts."""
+    folder, kept = folder_with(tmp_path), (fake_yade / program).read_text() if (fake_yade / program).exists() else ""
+    put(fake_yade / program, text)
+    for _ in range(2):
+        with pytest.raises(CalibratorError, match="4 runs are still to be done: .*yade-batch.log.*run the same command again"):
+            run(folder, requests(), jobs=1)
+        assert folder.failures() == {}
+    (fake_yade / program).unlink()
+    if kept:
+        put(fake_yade / program, "")
+        (fake_yade / program).write_text(kept)
+    assert [r.status for r in run(folder, requests(), jobs=1)] == ["ok"] * 4
+
+
+@pytest.mark.parametrize("name", runner.FOLDERS)
+def test_a_folder_without_room_is_found_before_a_run_is_made_in_vain(tmp_path, fake_yade, name):
+    folder = folder_with(tmp_path)
+    (folder.path / name / "room").mkdir(parents=True)  # where root writes whatever the permissions are
+    with pytest.raises(OSError, match="room"):
+        run(folder, requests(), jobs=1)
+    assert not (folder.path / "calls.txt").exists()
+
+
+def test_a_disk_that_fills_up_in_mid_run_is_not_blamed_on_the_runs(tmp_path, fake_yade, monkeypatch):
+    folder, asked = folder_with(tmp_path, all="nothing"), []
+    monkeypatch.setattr(RunFolder, "check_room", lambda self: (asked.append(1), 1 / (2 - len(asked)))[0])
+    with pytest.raises(ZeroDivisionError):  # the second time: after the batch
+        run(folder, requests(), jobs=1)
+    assert len(calls(folder)) == 4 and folder.failures() == {}
+
+
+def test_a_second_driver_waits_for_the_first_and_says_so(tmp_path, caplog):
+    folder, order = RunFolder(tmp_path / "runs"), []
+
+    def second():
+        with folder.alone():
+            order.append("second")
+
+    thread = threading.Thread(target=second)
+    with folder.alone():
+        thread.start()
+        wait_for(lambda: any("waiting for it to end" in r.getMessage() for r in caplog.records))
+        order.append("first")
+    thread.join()
+    assert order == ["first", "second"]
+
+
+def test_a_table_edited_after_its_line_was_locked_gives_yade_the_line_as_it_was(tmp_path, fake_yade):
+    put(fake_yade / "timeout", f'for t in batches/*.table; do : > "$t"; done\nexec {shutil.which("timeout")} "$@"')
+    folder = folder_with(tmp_path)
+    assert [r.status for r in run(folder, requests(1), jobs=1, attempts=1)] == ["ok"]
+    assert [p.read_text() for p in folder.path.glob("batches/*.table")] == [""]
 
 
 def start_driver(folder, count):

@@ -4,6 +4,7 @@ Standard library and numpy only; used inside YADE's interpreter. The file is the
 yade-batch table and reads the records never imports anything from here.
 """
 
+import hashlib
 import json
 import math
 import os
@@ -38,16 +39,23 @@ def checked(setup, given):
 def echoed(p):
     """The parameters as a record states them: an effect that is off is not mentioned, as in scripts without it."""
     specs = CONTRACT["parameters"]
-    return {n: v for n, v in p.items() if "effect" not in specs[n] or v != specs[n]["default"]}
+    return {n: _plain(v) for n, v in p.items() if "effect" not in specs[n] or v != specs[n]["default"]}
+
+
+def _plain(value):
+    """The value if JSON can hold it, else a text: a cell of a table is an expression, which may become anything."""
+    if isinstance(value, int):  # as a float it would overflow, and beyond 4300 digits not even be shown
+        return value if abs(value) < 10**300 else "an integer beyond 1e300"
+    return value if isinstance(value, str) or isinstance(value, float) and math.isfinite(value) else repr(value)
 
 
 def _checked_value(name, spec, value):
     if "choices" in spec:
         if value not in spec["choices"]:
-            raise BadInput("%s = %r: choose one of %s" % (name, value, ", ".join(spec["choices"])))
+            raise BadInput("%s = %r: choose one of %s" % (name, _plain(value), ", ".join(spec["choices"])))
         return value
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise BadInput("%s = %r: give a finite number" % (name, value))
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or isinstance(_plain(value), str):
+        raise BadInput("%s = %s: give a finite number" % (name, _plain(value)))
     if not spec["low"] <= value <= spec["high"]:
         raise BadInput("%s = %r: give a value from %g to %g" % (name, value, spec["low"], spec["high"]))
     if spec["unit"] == "integer":
@@ -60,6 +68,7 @@ def _checked_value(name, spec, value):
 def write_record(folder, run_id, record, curves):
     """Write <run_id>.npz (arrays), then <run_id>.json, each atomically: a record that exists is complete.
 
+    The record gets a seal, a hash over all the rest: a number that a failing disk turns into another one is noticed.
     Raises ValueError if the record holds a NaN or an infinity.
     """
     os.makedirs(folder, exist_ok=True)
@@ -67,14 +76,20 @@ def write_record(folder, run_id, record, curves):
         import numpy as np
 
         _replace(os.path.join(folder, run_id + ".npz"), lambda stream: np.savez_compressed(stream, **curves))
-    text = json.dumps(record, indent=1, sort_keys=True, allow_nan=False) + "\n"
+    seal = hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()[:16]
+    text = json.dumps({**record, "seal": seal}, indent=1, sort_keys=True, allow_nan=False) + "\n"
     _replace(os.path.join(folder, run_id + ".json"), lambda stream: stream.write(text.encode()))
 
 
 def _replace(path, write):
     temporary = "%s.%d.tmp" % (path, os.getpid())
-    with open(temporary, "wb") as stream:
-        write(stream)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(temporary, path)
+    try:
+        with open(temporary, "wb") as stream:
+            write(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(temporary, path)
+    except OSError:  # on a full disk half a file would be in the way of the next attempt
+        if os.path.exists(temporary):
+            os.remove(temporary)
+        raise

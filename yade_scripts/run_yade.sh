@@ -3,11 +3,19 @@
 # Called in the case's result folder with YADE_BATCH=<table>:<line> and CALIBRATOR_TIME_LIMIT in seconds.
 table=${YADE_BATCH%:*}
 line=${YADE_BATCH##*:}
-run_id=$(sed -n "${line}s/^\([0-9a-f]*\) .*/\1/p" "$table")
+request=$(sed -n "1p;${line}p" "$table")
+run_id=$(printf '%s\n' "$request" | sed -n '2s/^\([0-9a-f]*\) .*/\1/p')
 [ -n "$run_id" ] || { echo "no run id in line $line of $table" >&2; exit 2; }
 mkdir -p locks
+for path in locks "locks/$run_id"; do # opening a link would empty the file that it leads to
+  [ ! -L "$path" ] || { echo "$path is a symbolic link: remove it" >&2; exit 2; }
+done
 # A run that outlived its driver still holds this lock: wait for it, then find its record. YADE inherits the lock.
 exec 9>"locks/$run_id"
-flock 9
+flock -w "$CALIBRATOR_TIME_LIMIT" 9 || exit 124
 [ -e "records/$run_id.json" ] && exit 0
+# YADE reads the table again, which may have been edited meanwhile: it gets the line that the lock was taken for.
+rm -f "locks/$run_id.table"
+printf '%s\n' "$request" > "locks/$run_id.table" || exit 2
+export YADE_BATCH="locks/$run_id.table:2"
 exec timeout --foreground --kill-after=10 "$CALIBRATOR_TIME_LIMIT" yade -n "$@"
