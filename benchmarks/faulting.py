@@ -34,7 +34,7 @@ REPO = Path(__file__).resolve().parent.parent
 TOOLS = ("sh", "sed", "mkdir", "flock", "timeout", "setpriv", "unshare", "true")
 """What a run needs beside YADE. On a PATH of these alone, YADE can be missing although this machine has it."""
 
-PATIENCE = 300.0  # seconds for what takes a few, on a machine that may be busy with simulations
+PATIENCE = 1800.0  # seconds for what takes a few, on a machine that may be busy with simulations: a fault that hangs
 DURATION = 0.1  # seconds that a run of the fake YADE lasts
 FORK = multiprocessing.get_context("fork")
 
@@ -80,7 +80,8 @@ def install(folder: Path, real: bool) -> str:
     programs.mkdir(parents=True)
     if real:
         note = 'sed -n "${YADE_BATCH##*:}s/ .*//p" "${YADE_BATCH%:*}" >> calls.txt'
-        _program(programs / "yade", f'#!/bin/sh\n{note}\nexec {shutil.which("yade")} "$@"\n')
+        clock = f"[ ! -d '{folder}/clock' ] || export PYTHONPATH='{folder}/clock'"
+        _program(programs / "yade", f'#!/bin/sh\n{note}\n{clock}\nexec {shutil.which("yade")} "$@"\n')
         return f"{programs}{os.pathsep}{os.environ['PATH']}"
     for name, function in (("yade", "run_line"), ("yade-batch", "run_batch")):
         code = f"import sys\nsys.path.insert(0, {str(REPO / 'tests')!r})\nimport fake_yade\nfake_yade.{function}()\n"
@@ -140,20 +141,26 @@ class Driver:
         self.process.join()
 
 
-def _drive(arguments: list[str], path: str, errors: Path, real: bool, clock: Callable[[], float] | None) -> None:
-    """What a driver's process does."""
+CLOCK = """import time
+_now, _start = time.time, {start}
+time.time = lambda: _now() + ({jump} if _now() > _start else 0.0)
+"""
+
+
+def _drive(arguments: list[str], path: str, errors: Path, real: bool, clock: Path) -> None:
+    """What a driver's process does; a folder `clock` holds the clock of another time."""
     os.setsid()
     os.environ["PATH"] = path
     with open(errors.with_suffix(".out"), "wb") as out, open(errors, "wb") as err:
         os.dup2(out.fileno(), 1)
         os.dup2(err.fileno(), 2)
     if real:
-        os.environ["PYTHONPATH"] = str(REPO)
+        os.environ["PYTHONPATH"] = f"{clock}{os.pathsep}{REPO}"
         os.execv(sys.executable, [sys.executable, "-m", "calibrator.cli", *arguments])
     sys.stdout, sys.stderr = open(1, "w", closefd=False), open(2, "w", closefd=False)
     logging.getLogger().handlers.clear()
-    if clock:
-        time.time = clock
+    if clock.exists():
+        exec((clock / "sitecustomize.py").read_text(), {})
     sys.exit(main(arguments))
 
 
@@ -172,7 +179,7 @@ def descendants(pid: int) -> list[int]:
 
 
 def role(pid: int) -> str:
-    """Which part of a run a driver's descendant is: yade-batch, yade, or the wrapper with the shells and the clock around it."""
+    """Which part of a run a driver's descendant is: yade-batch, yade, or the wrapper with shell and time limit."""
     try:
         line = Path(f"/proc/{pid}/cmdline").read_text()
     except OSError:
@@ -255,14 +262,20 @@ class Stage:
         if not holds:
             self.unexpected.append(what)
 
+    def move_clock(self, jump: float) -> None:
+        """Let the clock of drivers and of the real YADE jump by so many seconds, a second from now. The machine's stays."""
+        (self.path / "clock").mkdir()  # Python runs a sitecustomize.py that it finds on its path
+        (self.path / "clock" / "sitecustomize.py").write_text(CLOCK.format(start=time.time() + 1, jump=jump))
+        self.behave(clock=jump)
+
     # Drivers
 
-    def start(self, clock: Callable[[], float] | None = None) -> Driver:
+    def start(self) -> Driver:
         """`calibrator run`, as a user calls it."""
         errors = self.path / f"driver-{len(list(self.path.glob('*.err')))}.err"
         errors.touch()
         arguments = ["run", str(self.case), "--results", str(self.path / "results")]
-        process = FORK.Process(target=_drive, args=(arguments, self.search_path, errors, self.whole.real, clock))
+        process = FORK.Process(target=_drive, args=(arguments, self.search_path, errors, self.whole.real, self.path / "clock"))
         process.start()
         return Driver(process, errors)
 
@@ -332,6 +345,12 @@ class Stage:
                 if os.readlink(link) == str(self.results):
                     found.append(int(link.parent.name))
         return found
+
+    def clear(self) -> None:
+        """End what is left of a fault that hangs: the processes in its own results folder, by their ids."""
+        for pid in self.processes():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
 
     def take_stock(self) -> None:
         """Note what is finished; called right before a fault strikes. What an earlier fault has lost stays noted."""
