@@ -86,9 +86,10 @@ def fuzz_processes(yard: Yard, inputs: int) -> dict[str, Any]:
             command[-1] = str(yard.path / "out")
         here = {"cwd": yard.path, "env": {**os.environ, "PYTHONPATH": os.getcwd()}}
         try:
-            done = subprocess.run(command, capture_output=True, timeout=3 * SECONDS, **here)  # type: ignore[call-overload]
+            done = subprocess.run(command, capture_output=True, timeout=9 * SECONDS, **here)  # type: ignore[call-overload]
         except subprocess.TimeoutExpired:
             hangs += 1
+            wrong.setdefault("hang", f"{value!r} {word!r}"[:600])
             continue
         if done.returncode not in (0, 2) or (done.returncode == 2 and done.stderr.count(b"\n") != 1):
             tracebacks += 1

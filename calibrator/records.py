@@ -105,9 +105,9 @@ def _check_values(section: str, given: dict[str, Any], texts: set[str], numbers:
 def _check_echo(raw: dict[str, Any], request: Request) -> None:
     if raw["setup"] != request.setup or raw["run_id"] != request.run_id:
         raise InvalidRecord(f"answers run {shown(raw['run_id'])} of {shown(raw['setup'])}, not the one asked for")
-    echo, names = raw["parameters"], set(raw["parameters"]) | set(request.parameters)
-    # Python's True equals 1, a record's does not.
-    wrong = sorted(n for n in names if echo.get(n) != request.parameters.get(n) or isinstance(echo.get(n), bool))
+    echo, asked = raw["parameters"], request.parameters
+    # A parameter that was not asked for is wrong also where it is null, and Python's True equals 1, a record's does not.
+    wrong = sorted(echo.keys() ^ asked.keys() | {n for n in echo if echo[n] != asked.get(n) or isinstance(echo[n], bool)})
     if wrong:
         raise InvalidRecord(f"was run with another value of {', '.join(wrong)} than asked for")
 

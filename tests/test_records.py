@@ -43,6 +43,7 @@ def test_a_good_record_is_read_as_written(tmp_path):
         ({"setup": "hourglass"}, "not the one asked for"),
         ({"parameters": {**REQUEST.parameters, "sliding_friction": 0.4000000001}}, "sliding_friction"),
         ({"parameters": {"seed": 5}}, "another value"),
+        ({"parameters": {**REQUEST.parameters, "mood": None}}, "another value of mood"),
         ({"diagnostics": {"mood": 1}}, "unknown diagnostics"),
     ],
 )
