@@ -1,6 +1,6 @@
 # make demo   install what is missing, calibrate a sand on real YADE runs, write the report   (FRESH=1: no shipped runs)
 # make paper  the reference paper's case: calibrate on the shipped runs, fill docs/paper_case.md   (AFRESH=1: verify on YADE anew)
-# make test   install what is missing, run all checks and tests
+# make test   install what is missing, run all checks and tests   (make test-cluster: those of --engine slurm alone)
 # make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
 PYTHON ?= python3
 VENV := .venv
@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo paper test lint lab yade lock clean
+.PHONY: demo paper test test-cluster lint lab yade slurm lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -16,8 +16,11 @@ paper: yade $(VENV)/.done
 	$(BIN)/calibrator all cases/quartz_sand_reduced.toml $(if $(AFRESH),--verify-afresh)
 	$(BIN)/python -m benchmarks.paper_case
 
-test: yade $(VENV)/.done-test lint
+test: yade slurm $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q
+
+test-cluster: yade slurm $(VENV)/.done-test
+	$(BIN)/python -m pytest -q -m cluster
 
 lint: $(VENV)/.done-test
 	$(BIN)/ruff check .
@@ -37,6 +40,10 @@ yade:
 	  $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends \
 	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs Debian 12 and root or sudo" >&2; exit 1; }; \
 	fi
+
+# For the tests of --engine slurm: a SLURM that they start and stop themselves. Without root or sudo they are skipped.
+slurm:
+	@bash tests/slurm_local.sh install || echo "SLURM could not be installed: the tests of --engine slurm will be skipped" >&2
 
 # Only the releases in the lock files, and only if their hashes agree; the build tool is among them.
 PIP := $(BIN)/pip install -q --disable-pip-version-check

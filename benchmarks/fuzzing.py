@@ -405,8 +405,8 @@ def lab_file(yard: Yard, data: bytes) -> None:
     if rows is not None:
         lines = [x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")]
         require(len(rows) == len(lines) - 1, "a row was lost")
-        for (role, target), line in zip(rows, lines[1:], strict=True):
-            require(role in line and target.setup in line and target.response in line, f"{target.key} is not in {line!r}")
+        for row, line in zip(rows, lines[1:], strict=True):
+            require(row.role in line and row.setup in line and row.response in line, f"{row.key} is not in {line!r}")
 
 
 def good_record(request: Request) -> dict[str, Any]:

@@ -116,7 +116,7 @@ def steps(path: Path, count: int) -> dict[str, Callable[[], Any]]:
     return {
         "make requests": partial(made_up_requests, count),
         "write table": partial(write_table, path / "runs.table", requests),
-        "find pending runs": partial(runner._pending, folder, requests, 2),
+        "find pending runs": partial(runner.pending_requests, folder, requests, 2),
         "gather records": partial(gather, folder, requests),
         "write database": partial(database.write, path / "database.csv"),
         "read database": partial(Database.read, path / "database.csv"),

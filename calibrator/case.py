@@ -12,9 +12,9 @@ from typing import Any
 
 from calibrator.errors import CalibratorError, shown
 from calibrator.files import named_file, read_text
-from calibrator.lab import read_lab
+from calibrator.lab import Nuisance, Observable, read_lab, read_nuisances
 from calibrator.problem import Parameter, Problem, Target, Value, checked_value, is_number, known
-from calibrator.quantities import PARAMETERS, SETUPS, parameters_of
+from calibrator.quantities import EFFECTS, PARAMETERS, SETUPS, parameters_of
 
 MOST_RUNS = 1_000_000  # of a plan; a slip of the pen is refused before it fills the memory
 MOST_EVALUATIONS = 10**9  # of a search, likewise
@@ -114,6 +114,78 @@ class Running:
 
 
 @dataclass(frozen=True)
+class Cluster:
+    """What SLURM is asked for; what is left empty is up to the site. See docs/cluster.md.
+
+    time and memory are those of one array task. modules are names for `module load`; shell are lines that are run as they
+    stand before the work, which only a site file may give. slice_minutes is the predicted work of a task, most_tasks how many
+    are submitted at a time, grace the seconds that a shared file system may take to show a record.
+    Raises CalibratorError for a value that SLURM would not take.
+    """
+
+    partition: str = ""
+    account: str = ""
+    time: str = ""
+    memory: str = ""
+    modules: tuple[str, ...] = ()
+    shell: tuple[str, ...] = ()
+    slice_minutes: float = 30.0
+    most_tasks: int = 1001
+    grace: float = 60.0
+
+    def __post_init__(self) -> None:
+        _matches("cluster.partition", self.partition, r"[A-Za-z0-9_][A-Za-z0-9_.,-]*", "a name such as main")
+        _matches("cluster.account", self.account, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "a name such as physics")
+        _matches("cluster.time", self.time, r"(\d+-)?\d{1,4}:\d\d(:\d\d)?|\d{1,6}", "minutes, or a time such as 02:00:00")
+        _matches("cluster.memory", self.memory, r"\d{1,9}[KMGT]?", "a size such as 2G")
+        for module in self.modules:
+            _matches("cluster.modules", module, r"[A-Za-z0-9_][A-Za-z0-9_.+/-]*", "names such as yade/2023.02")
+        _within("cluster", self, slice_minutes=(0, 1e6), most_tasks=(1, MOST_RUNS), grace=(0, 1e6))
+
+
+def _matches(where: str, value: str, pattern: str, example: str) -> None:
+    if value and not re.fullmatch(pattern, value, re.ASCII):
+        raise CalibratorError(f"{where} = {shown(value)}: give {example}")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A variant of a set-up that was measured as well, such as a wider neck: values that differ from the set-up's own."""
+
+    setup: str
+    values: dict[str, Value]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Runs that the search for a missing effect is made from, in each experiment.
+
+    sets with replicates of the model as it is, the same sets once more with other seeds as baseline of the fingerprints, and
+    effect_sets of each effect at different amplitudes. effects : columns of the library, all unless given. nuisances : table of
+    the metrology's errors. verify_replicates : fresh seeds of the model before and after. budget_core_hours : more than
+    that is not spent without --yes.
+    """
+
+    effects: tuple[str, ...] = tuple(EFFECTS)
+    sets: int = 16
+    replicates: int = 2
+    effect_sets: int = 8
+    verify_replicates: int = 5
+    seed: int = 700_000
+    nuisances: str = ""
+    shipped: str = ""
+    budget_core_hours: float = 2.0
+
+    def __post_init__(self) -> None:
+        for name in self.effects:
+            known(name, EFFECTS, "effect in diagnosis.effects")
+        if len(set(self.effects)) < len(self.effects) or not self.effects:
+            raise CalibratorError("diagnosis.effects is empty or names one twice: name each effect once")
+        _within("diagnosis", self, sets=(4, 10_000), replicates=(1, 99), effect_sets=(4, 10_000), verify_replicates=(2, 99))
+        _within("diagnosis", self, seed=(0, 2 * 10**9 - 10**8), budget_core_hours=(0, 1e12))
+
+
+@dataclass(frozen=True)
 class Case:
     """Everything one calibration needs. `path` is the TOML file, `truth` the known answer of a synthetic lab (or empty)."""
 
@@ -126,15 +198,25 @@ class Case:
     verify: Replicates = field(default_factory=Replicates)
     validate: Replicates = field(default_factory=lambda: Replicates(3, 600_000, 0))
     run: Running = field(default_factory=Running)
+    cluster: Cluster = field(default_factory=Cluster)
     truth: dict[str, float] = field(default_factory=dict)
     about: str = ""
+    observables: tuple[Observable, ...] = ()
+    conditions: dict[str, Condition] = field(default_factory=dict)
+    diagnosis: Diagnosis = field(default_factory=Diagnosis)
+    nuisances: tuple[Nuisance, ...] = ()
 
     def __post_init__(self) -> None:
         sets = math.prod(p.samples for p in self.problem.parameters) if self.plan.design == "grid" else self.plan.sets
         runs = sets * self.plan.replicates * len(self.problem.calibration_setups)
         if runs > MOST_RUNS:
             raise CalibratorError(f"the plan has {runs:,} runs: lower samples, sets or replicates to at most {MOST_RUNS:,} runs")
-        for key, settings in (("run", self.run), ("verify", self.verify), ("validate", self.validate)):
+        for key, settings in (
+            ("run", self.run),
+            ("verify", self.verify),
+            ("validate", self.validate),
+            ("diagnosis", self.diagnosis),
+        ):
             if settings.shipped:
                 named_file(self.path, settings.shipped, f"{key}.shipped")
 
@@ -167,17 +249,26 @@ SECTIONS = {
     "verify": Replicates,
     "validate": Replicates,
     "run": Running,
+    "cluster": Cluster,
+    "diagnosis": Diagnosis,
 }
 
 
-def read_case(path: str | Path) -> Case:
-    """Read and check a case file. Raises CalibratorError with the offending key and what to write instead."""
+def read_case(path: str | Path, site: Path | None = None) -> Case:
+    """Read and check a case file, and the [cluster] table of a site file.
+
+    Raises CalibratorError with the offending key and what to write instead.
+    """
     path = Path(path)
     tables = _load(path)
+    if "shell" in _table(tables.get("cluster", {}), "cluster"):  # a case may come from anybody
+        raise CalibratorError("cluster.shell in a case file: move it to a site file of your own, given with --site")
+    if site is not None:
+        tables["cluster"] = _with_site(tables.get("cluster", {}), site)
     for key in tables:
         known(
             key,
-            ("name", "about", "measured", "parameters", "fixed", "setups", "targets", "truth_file", *SECTIONS),
+            ("name", "about", "measured", "parameters", "fixed", "setups", "targets", "truth_file", "conditions", *SECTIONS),
             "key in the case file",
         )
     if not isinstance(tables.get("name"), str) or not re.fullmatch("[A-Za-z0-9_]{1,64}", tables["name"]):
@@ -185,7 +276,34 @@ def read_case(path: str | Path) -> Case:
     settings = {key: _build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
     about = _typed("about", "str", tables.get("about", ""))
-    return Case(tables["name"], path, _problem(tables, path), about=about, truth=truth, **settings)
+    observables, conditions = _observables(tables, path), _conditions(tables)
+    for one in observables:
+        if one.condition and conditions[known(one.condition, conditions, "condition")].setup != one.setup:
+            raise CalibratorError(f"{one.key}: the condition belongs to {conditions[one.condition].setup}; correct the lab file")
+    nuisances = _nuisances(settings.get("diagnosis", Diagnosis()), path, observables)
+    return Case(
+        tables["name"],
+        path,
+        _problem(tables, observables),
+        about=about,
+        truth=truth,
+        observables=tuple(observables),
+        conditions=conditions,
+        nuisances=nuisances,
+        **settings,
+    )
+
+
+def _with_site(own: dict[str, Any], path: Path) -> dict[str, Any]:
+    """The case's [cluster] and the site's together; a key with two values is refused, so that neither wins unnoticed."""
+    tables = _load(path)
+    for key in tables:
+        known(key, ("cluster",), "key in the site file")
+    site = _table(tables.get("cluster", {}), "cluster")
+    for key in own:
+        if key in site and own[key] != site[key]:
+            raise CalibratorError(f"cluster.{key} differs in the case and in {path}: delete one of them")
+    return {**site, **own}
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -239,12 +357,39 @@ def _typed(where: str, annotation: str, value: Any) -> Any:
     raise CalibratorError(f"{where} = {shown(value)}: give a value of type {annotation}")
 
 
-def _problem(tables: dict[str, Any], path: Path) -> Problem:
+def _observables(tables: dict[str, Any], path: Path) -> list[Observable]:
+    if not isinstance(tables.get("measured"), str):
+        raise CalibratorError('measured is missing: add measured = "lab.csv", the file with the measured responses')
+    return read_lab(named_file(path, tables["measured"], "measured"))
+
+
+def _conditions(tables: dict[str, Any]) -> dict[str, Condition]:
+    conditions = {}
+    for name, spec in _table(tables.get("conditions", {}), "conditions").items():
+        where = f"conditions.{name}"
+        if not re.fullmatch("[A-Za-z0-9_]{1,64}", name):
+            raise CalibratorError(f"{where}: the name is not a plain word; use A-Z, a-z, 0-9 and _")
+        values = dict(_table(spec, where))
+        setup = known(values.pop("setup", ""), SETUPS, f"set-up of {where}")
+        own = {n: q for n, q in parameters_of(setup).items() if n != "seed"}
+        conditions[name] = Condition(
+            setup, {known(n, own, f"parameter of {where}"): checked_value(n, v) for n, v in values.items()}
+        )
+    return conditions
+
+
+def _nuisances(diagnosis: Diagnosis, path: Path, observables: list[Observable]) -> tuple[Nuisance, ...]:
+    if not diagnosis.nuisances:
+        return ()
+    return tuple(read_nuisances(named_file(path, diagnosis.nuisances, "diagnosis.nuisances"), observables))
+
+
+def _problem(tables: dict[str, Any], observables: list[Observable]) -> Problem:
     parameters = tuple(_parameter(name, spec) for name, spec in _table(tables.get("parameters", {}), "parameters").items())
     fixed = {n: checked_value(n, v) for n, v in _table(tables.get("fixed", {}), "fixed").items()}
     if "seed" in fixed:
         raise CalibratorError("seed cannot be fixed: replicates need different seeds; set plan.seed instead")
-    targets = _targets(tables, path)
+    targets = _targets(tables, observables)
     return Problem(
         parameters,
         targets=tuple(t for role, t in targets if role == "calibrate"),
@@ -277,13 +422,10 @@ def _table(value: Any, where: str) -> dict[str, Any]:
     return value
 
 
-def _targets(tables: dict[str, Any], path: Path) -> list[tuple[str, Target]]:
-    """(role, target) of every measured row; [targets."setup.response"] may set weight and tolerance."""
-    if not isinstance(tables.get("measured"), str):
-        raise CalibratorError('measured is missing: add measured = "lab.csv", the file with the measured responses')
+def _targets(tables: dict[str, Any], observables: list[Observable]) -> list[tuple[str, Target]]:
+    """(role, target) of every row to calibrate or to validate with; [targets."setup.response"] may set weight and tolerance."""
     options = _table(tables.get("targets", {}), "targets")
-    rows = read_lab(named_file(path, tables["measured"], "measured"))
-    keys = [target.key for _, target in rows]
+    rows = [(one.role, one.target()) for one in observables if one.role != "diagnose" and not one.condition]
     targets = []
     for role, target in rows:
         extra = {
@@ -292,7 +434,7 @@ def _targets(tables: dict[str, Any], path: Path) -> list[tuple[str, Target]]:
         }
         targets.append((role, dataclasses.replace(target, **extra)))
     for key in options:
-        known(key, keys, "target")
+        known(key, [o.key for o in observables], "target")
     return targets
 
 

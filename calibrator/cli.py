@@ -63,22 +63,36 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="calibrator", description="Calibrate the particle parameters of a DEM model with YADE.")
     parser.add_argument("--version", action="version", version=__version__)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    for verb, (about, _, _) in {**VERBS, "all": ("every verb in this order", None, None)}.items():
+    whole = f"{', '.join(VERBS)}, one after the other"
+    for verb, (about, _, _) in {**VERBS, "all": (whole, None, None), **DIAGNOSIS}.items():
         own = verbs.add_parser(verb, help=about, description=about)
         own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
         own.add_argument("--results", type=_path, default=Path("results"), help="where results go (default: ./results)")
+        own.add_argument("--engine", choices=("local", "slurm"), default="local", help="where runs are made (default: local)")
+        own.add_argument("--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)")
         own.add_argument("--fresh", action="store_true", help="ignore the shipped database: run everything here")
         own.add_argument("--verify-afresh", action="store_true", help="ignore shipped runs of verification and validation only")
+        if verb in DIAGNOSIS:
+            own.add_argument("--yes", action="store_true", help="spend more core-hours than diagnosis.budget_core_hours")
     return parser
 
 
 def _do(options: argparse.Namespace) -> int:
     from calibrator.workflow import Workspace  # heavy imports only after the arguments are known to be good
 
-    case = read_case(options.case)
+    case = read_case(options.case, options.site)
     if options.verify_afresh:
         case = case.without_shipped_verification()
-    space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh)
+    space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh, options.engine)
+    if options.verb in DIAGNOSIS:
+        _, load, describe = DIAGNOSIS[options.verb]
+        outcome = load()(space, options.yes)
+        _say(f"{options.verb}: {describe(outcome)}")
+        if options.verb == "diagnose":
+            from calibrator.diagnosis_page import write_diagnosis
+
+            _say(f"  report: {write_diagnosis(space, outcome)}")
+        return 0
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
     good = True
     for verb in verbs:
@@ -107,10 +121,20 @@ def _workflow(name: str, with_progress: bool = False) -> Callable[[], Callable[[
     return load
 
 
-def _alone(verb: Callable[..., Outcome], space: Any) -> Outcome:
+def _diagnosis(name: str) -> Callable[[], Callable[[Any, bool], Outcome]]:
+    def load() -> Callable[[Any, bool], Outcome]:
+        from calibrator import diagnosis
+
+        verb = getattr(diagnosis, name)
+        return lambda space, yes: _alone(verb, space, yes)
+
+    return load
+
+
+def _alone(verb: Callable[..., Outcome], space: Any, *more: Any) -> Outcome:
     """A verb that makes runs: one at a time in a results folder."""
     with space.runs.alone():
-        return verb(space, ProgressBar(sys.stderr))
+        return verb(space, ProgressBar(sys.stderr), *more)
 
 
 def _report() -> Callable[[Any], Outcome]:
@@ -214,6 +238,38 @@ def _say_verdict(o: Outcome) -> str:
     return "\n".join([*lines, *(f"  {run_id} {why}" for run_id, why in o["failed"].items())])
 
 
+def _say_preflight(o: Outcome) -> str:
+    lines = [f"{len(o['observables'])} observables, {o['degrees']} degrees of freedom"]
+    for e in o["effects"]:
+        sizes = [
+            f"{words} from {_size(e[key])}" for words, key in (("seen", "smallest_detectable"), ("named", "smallest_nameable"))
+        ]
+        unit = "" if e["unit"] == "1" else f" [{e['unit']}]"
+        alias = f", most like {e['alias']} ({e['alias_cosine']:.2f})" if e["alias"] else ""
+        lines.append(
+            f"  {e['called']} ({e['effect']}{unit}, plausible {e['scale']:g}): {', '.join(sizes)}; "
+            f"recalibration hides {e['absorbed']:.0%}{alias}"
+        )
+    for hidden, said in o["self_test"].items():
+        lines.append(
+            f"  imagined {hidden}: " + ", ".join(f"{n} x {what}" for what, n in sorted(said.items(), key=lambda x: -x[1]))
+        )
+    if o["further_experiments"]:
+        best = max(o["further_experiments"], key=o["further_experiments"].__getitem__)
+        factor = 2.718281828 ** -o["further_experiments"][best]
+        lines.append(f"  of the experiments not measured yet, {best} helps most: nameable sizes fall to {factor:.0%} on average")
+    return "\n".join([*lines, *(f"  note: {n}" for n in o["notes"])])
+
+
+def _size(value: float | None) -> str:
+    return "no size" if value is None else f"{value:.2g}"
+
+
+def _say_diagnose(o: Outcome) -> str:
+    text = o["sentence"] + (f"\n  next: calibrator run {o['new_case']}" if o.get("new_case") else "")
+    return "\n".join([text, *(f"  note: {n}" for n in o.get("notes", []))])
+
+
 def _say_report(o: Outcome) -> str:
     return f"{o['page']}"
 
@@ -227,6 +283,15 @@ VERBS: dict[str, tuple[str, Any, Any]] = {
     "verify": ("run YADE afresh at the candidates", _workflow("verify", True), _say_verify),
     "validate": ("predict measurements that were not used, on other set-ups", _workflow("validate", True), _say_validate),
     "report": ("write one self-contained page with figures and tables", _report, _say_report),
+}
+
+DIAGNOSIS: dict[str, tuple[str, Any, Any]] = {
+    "preflight": (
+        "what these observables could say about a missing effect, and which further experiment would help",
+        _diagnosis("preflight"),
+        _say_preflight,
+    ),
+    "diagnose": ("find the gap, name the missing effect, show the gap shrink", _diagnosis("diagnose"), _say_diagnose),
 }
 
 if __name__ == "__main__":

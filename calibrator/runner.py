@@ -12,7 +12,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -101,7 +101,7 @@ class RunFolder:
     def alone(self) -> Iterator[None]:
         """Wait for another driver that is at work in this folder, and keep others out; the lock dies with its process."""
         own_folder(self.path)
-        with open(_refuse_link(self.path / "driver.lock"), "a") as stream:
+        with open(refuse_link(self.path / "driver.lock"), "a") as stream:
             try:
                 fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -148,7 +148,7 @@ def run(
     """
     folder.prepare()
     for attempt in range(attempts):
-        pending = _pending(folder, requests, attempts)
+        pending = pending_requests(folder, requests, attempts)
         if not pending:
             break
         command = yade_batch_command()
@@ -165,10 +165,10 @@ def run(
     return records
 
 
-def _pending(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
+def pending_requests(folder: RunFolder, requests: Sequence[Request], attempts: int) -> list[Request]:
     """The requests that are still to be run; the list of failures is read once, as it grows with the runs."""
     failures = folder.failures()
-    return [r for r in requests if _is_pending(folder, r, int(failures.get(r.run_id, {"attempts": 0})["attempts"]), attempts)]
+    return [r for r in requests if _is_pending(folder, r, failed_attempts(failures, r), attempts)]
 
 
 def _is_pending(folder: RunFolder, request: Request, failed: int, attempts: int) -> bool:
@@ -196,32 +196,12 @@ def _run_batch(
     report: Callable[[Progress], None],
 ) -> None:
     folder.check_room()
-    for request in batch:
-        _forget_failure(folder, request)
-        folder.log(request).unlink(missing_ok=True)
-        _refuse_link(folder.path / "locks" / request.run_id)
-    setups = {r.setup for r in batch}
+    clear(folder, batch)
     name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
     write_table(folder.path / name, batch)
-    limit = patience * max(120.0, 10 * max(cost.values()))
-    arguments = [
-        "-j",
-        str(jobs),
-        "--job-threads",
-        "1",
-        "--nice",
-        "0",
-        "--plot-update",
-        "0",
-        "--disable-pynotify",
-        "--log",
-        "logs/@.log",
-        "--executable",
-        "scripts/run_yade.sh",
-        name,
-        *(f"scripts/{setup}.py" for setup in setups if len(setups) == 1),
-    ]
-    with open(_refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
+    limit = time_limit(cost, patience)
+    arguments = batch_arguments(name, batch, jobs)
+    with open(refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
         process = subprocess.Popen(
             [*command, *arguments],
             cwd=folder.path,
@@ -237,20 +217,37 @@ def _run_batch(
             _kill_group(process)
     if not all(_succeeded(folder, request) for request in batch):
         folder.check_room()
-    _note_failures(folder, batch)
+    note_failures(folder, batch)
 
 
-def _forget_failure(folder: RunFolder, request: Request) -> None:
-    """Remove the record of a failed attempt, which would make the wrapper believe that the run is done.
+def clear(folder: RunFolder, batch: Sequence[Request]) -> None:
+    """Remove what failed attempts left: such a record would make the wrapper believe that the run is done.
 
-    A good one stays: a run that outlived its driver may have written it since the batch was put together.
+    A good record stays: a run that outlived its driver may have written it since the batch was put together.
     """
-    with contextlib.suppress(FileNotFoundError, InvalidRecord):
-        if read_record(folder.record(request), request).status in RETRIED:
-            folder.record(request).unlink()
+    for request in batch:
+        with contextlib.suppress(FileNotFoundError, InvalidRecord):
+            if read_record(folder.record(request), request).status in RETRIED:
+                folder.record(request).unlink()
+        folder.log(request).unlink(missing_ok=True)
+        refuse_link(folder.path / "locks" / request.run_id)
 
 
-def _refuse_link(path: Path) -> Path:
+def time_limit(cost: dict[str, float], patience: float) -> float:
+    """Wall-clock limit [s] of each run of a batch."""
+    return patience * max(120.0, 10 * max(cost.values()))
+
+
+def batch_arguments(table: str, batch: Sequence[Request], jobs: int) -> list[str]:
+    """Arguments of yade-batch for a table, both relative to the folder of the runs."""
+    setups = {r.setup for r in batch}
+    options = {"-j": jobs, "--job-threads": 1, "--nice": 0, "--plot-update": 0, "--log": "logs/@.log"}
+    pairs = [str(word) for pair in options.items() for word in pair]
+    script = [f"scripts/{setup}.py" for setup in setups if len(setups) == 1]
+    return [*pairs, "--disable-pynotify", "--executable", "scripts/run_yade.sh", table, *script]
+
+
+def refuse_link(path: Path) -> Path:
     """A file that is going to be written in place; a link there is removed, lest it leads out of the results folder."""
     if path.is_symlink():
         path.unlink()
@@ -268,16 +265,21 @@ def _watch(
     begin, finished, failed = time.monotonic(), set[str](), set[str]()
     while True:
         ended = process.poll() is not None
-        for request in batch:
-            if request.run_id not in finished and folder.record(request).exists():
-                finished.add(request.run_id)
-                if not _succeeded(folder, request):
-                    failed.add(request.run_id)
+        notice(folder, batch, finished, failed)
         elapsed = time.monotonic() - begin
         report(Progress(len(finished), len(failed), len(batch), elapsed, _time_left(cost, finished, elapsed, jobs)))
         if ended:
             return
         time.sleep(0.5)
+
+
+def notice(folder: RunFolder, requests: Sequence[Request], finished: set[str], failed: set[str]) -> None:
+    """Add the run ids whose record has appeared since the last look to `finished`, and to `failed` those that are not ok."""
+    for request in requests:
+        if request.run_id not in finished and folder.record(request).exists():
+            finished.add(request.run_id)
+            if not _succeeded(folder, request):
+                failed.add(request.run_id)
 
 
 def _succeeded(folder: RunFolder, request: Request) -> bool:
@@ -295,48 +297,67 @@ def _time_left(cost: dict[str, float], finished: set[str], elapsed: float, jobs:
     return max(0.0, share * by_rate + (1 - share) * by_model)
 
 
-def _note_failures(folder: RunFolder, batch: list[Request]) -> None:
+def note_failures(folder: RunFolder, batch: Sequence[Request], verdicts: Mapping[str, tuple[str, str]] | None = None) -> None:
+    """Count an attempt for each run that left no good record, with the kind and reason that its log shows.
+
+    verdicts : {run id: (kind, message)} of runs without a record about which more is known than their log says
+    """
     failures = folder.failures()
     for request in batch:
         try:
             record = read_record(folder.record(request), request)
             kind, message = record.status, record.error
         except (FileNotFoundError, InvalidRecord) as error:
-            if not _started(folder.log(request)):
+            known = (verdicts or {}).get(request.run_id)
+            if known is None and not _started(folder.log(request)):
                 continue  # that yade-batch died, or YADE went missing, is no failure of the runs that were to come
-            kind, message = _verdict_from_log(folder.log(request), error)
+            kind, message = known or _verdict_from_log(folder.log(request), error)
         if kind in RETRIED:
-            before = int(failures.get(request.run_id, {"attempts": 0})["attempts"])
-            failures[request.run_id] = {"kind": kind, "message": message, "attempts": before + 1}
+            failures[request.run_id] = {"kind": kind, "message": message, "attempts": failed_attempts(failures, request) + 1}
         else:
             failures.pop(request.run_id, None)
     folder.write_failures(failures)
 
 
-def _started(log: Path) -> bool:
+def failed_attempts(failures: dict[str, dict[str, str | int]], request: Request) -> int:
+    """How often a run has failed, by the list of failures."""
+    return int(failures[request.run_id]["attempts"]) if request.run_id in failures else 0
+
+
+def exit_code(log_file: Path) -> int | None:
+    """Exit code of a run, 128 + n where signal n killed it; None where yade-batch has not appended its summary to the log.
+
+    What yade-batch writes is the status of the shell that it has started the run in, or of the run itself.
+    """
+    status = re.search(r"^status  : (\d{1,5}) ", _text(log_file), re.MULTILINE)
+    code = os.waitstatus_to_exitcode(int(status.group(1))) if status else None
+    return code if code is None or code >= 0 else 128 - code
+
+
+def _text(log_file: Path) -> str:
+    return log_file.read_text("utf-8", errors="replace") if log_file.is_file() else ""
+
+
+def _started(log_file: Path) -> bool:
     """Whether a run got as far as YADE: it has a log, and that does not say that a program was missing (126, 127)."""
-    if not log.is_file():
-        return False
-    return not re.search(rf"^status  : ({126 << 8}|{127 << 8}) ", log.read_text("utf-8", errors="replace"), re.MULTILINE)
+    return log_file.is_file() and exit_code(log_file) not in (126, 127)
 
 
 def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
-    """What became of a run without a valid record, from the summary that yade-batch appends to its log."""
-    text = path.read_text("utf-8", errors="replace") if path.is_file() else ""
-    status = re.search(r"^status  : (\d+)", text, re.MULTILINE)
+    """What became of a run without a valid record."""
     if isinstance(why, InvalidRecord):
         return "lost", f"invalid record: {why}"
-    if status is None:
-        return "lost", "no record and no exit status: the run was killed with its driver"
-    code = int(status.group(1)) >> 8
+    code = exit_code(path)
     without_sentence = {
+        None: ("lost", "no record and no exit status: the run was killed with its driver"),
         0: ("lost", "it ended without writing a record"),
         124: ("timeout", "the wall-clock limit passed"),
         137: ("lost", "killed from outside (signal 9)"),
+        143: ("lost", "ended from outside (signal 15)"),
     }
     if code in without_sentence:
         return without_sentence[code]
-    lines = [line for line in text.split("=" * 19)[0].splitlines() if line.strip()]
+    lines = [line for line in _text(path).split("=" * 19)[0].splitlines() if line.strip()]
     return "crash", f"exit code {code}: {lines[-1][:200] if lines else 'no output'}"
 
 

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from calibrator import cluster
 from calibrator.adaptive import Proposal, propose
 from calibrator.adaptive import Settings as AdaptiveSettings
-from calibrator.case import Case, Replicates
+from calibrator.case import Case, Diagnosis, Replicates
 from calibrator.coordinates import fit_responses
 from calibrator.cost import core_seconds, particles, steps
 from calibrator.database import Database, response_table
@@ -51,6 +52,7 @@ class Workspace:
     case: Case
     path: Path
     fresh: bool = False
+    engine: str = "local"
 
     @property
     def runs(self) -> RunFolder:
@@ -194,8 +196,8 @@ def run_plan(space: Workspace, report: Report = silent) -> dict[str, Any]:
         return _run_adaptively(space, report)
     requests = plan_requests(space.case)
     _within_budget(space, requests)
-    records = _carry_out(space, requests, report)
-    records = records + _carry_out(space, substitutes(records), report)
+    records = carry_out(space, requests, report)
+    records = records + carry_out(space, substitutes(records), report)
     return space.note("run", {"runs": len(records), "from_shipped_database": _shipped_runs(space), **_counts(records)})
 
 
@@ -204,8 +206,8 @@ def _run_adaptively(space: Workspace, report: Report) -> dict[str, Any]:
     case, settings = space.case, _adaptive_settings(space.case)
     first = plan_requests(case)
     if len(_parameter_sets(case, database_records(space))[0]) < len(first):
-        _carry_out(space, first, report)
-    _carry_out(space, _proposed(space), report)  # what an interruption left undone
+        carry_out(space, first, report)
+    carry_out(space, _proposed(space), report)  # what an interruption left undone
     while True:
         records = database_records(space)
         proposal = propose(
@@ -217,7 +219,7 @@ def _run_adaptively(space: Workspace, report: Report) -> dict[str, Any]:
         setups = case.problem.calibration_setups
         requests = [make_request(case, s, point, seed + i) for i, point in enumerate(proposal.points) for s in setups]
         _note_proposal(space, proposal, requests)
-        _carry_out(space, requests, report)
+        carry_out(space, requests, report)
     recommended = dict(zip(case.problem.names, map(float, proposal.recommended), strict=True))
     outcome = {"ended": proposal.kind, "sentence": proposal.sentence, "recommended": recommended}
     return space.note("run", {"runs": len(records), "from_shipped_database": _shipped_runs(space), **outcome, **_counts(records)})
@@ -297,11 +299,13 @@ def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
         )
 
 
-def _carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> list[Record]:
+def carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> list[Record]:
     """Run what neither this folder nor the shipped database has; returns all finished records of the requests."""
     there = space.shipped().records
     missing = [r for r in requests if r.run_id not in there]
-    if missing:
+    if missing and space.engine == "slurm":
+        cluster.run(space.runs, missing, space.case.cluster, space.case.run.attempts, report)
+    elif missing:
         run(space.runs, missing, space.case.run.jobs, space.case.run.attempts, report)
     return space.finished(requests)
 
@@ -332,7 +336,7 @@ def collect(space: Workspace) -> dict[str, Any]:
     records = database_records(space)
     if not records:
         raise CalibratorError(f"no finished run in {space.path}: run `calibrator run {space.case.path}` first")
-    Database(records).write(space.folder() / "database.csv", _made_by(space, "run"))
+    Database(records).write(space.folder() / "database.csv", made_by(space, "run"))
     _write_timings(space.folder() / "timings.csv", records)
     missing = len(_without(plan_requests(space.case), records))
     return space.note("collect", {"runs": len(records), "missing": missing, **_counts(records)})
@@ -501,13 +505,13 @@ def candidate_points(space: Workspace) -> dict[str, np.ndarray]:
     return {k: np.array([found[k]["parameters"][n] for n in space.case.problem.names]) for k in ordered}
 
 
-def for_new_seeds(space: Workspace, settings: Replicates) -> Workspace:
-    """The workspace of a verification or validation: it starts from nothing but the runs that the case ships for that."""
+def for_new_seeds(space: Workspace, settings: Replicates | Diagnosis) -> Workspace:
+    """The workspace of a verification, validation or diagnosis: it starts from nothing but the runs shipped for that."""
     running = dataclasses.replace(space.case.run, shipped=settings.shipped)
     return dataclasses.replace(space, case=dataclasses.replace(space.case, run=running))
 
 
-def _made_by(space: Workspace, verb: str) -> str:
+def made_by(space: Workspace, verb: str) -> str:
     return f"case {space.case.name}; calibrator {verb} {space.case.path.name}"
 
 
@@ -531,8 +535,8 @@ def verify(space: Workspace, report: Report = silent) -> dict[str, Any]:
     """
     space = for_new_seeds(space, space.case.verify)
     calibration, requests = space.outcome("calibrate"), verification_requests(space)
-    records = _carry_out(space, [r for own in requests.values() for r in own], report)
-    Database(records).write(space.folder() / "verification.csv", _made_by(space, "verify"))
+    records = carry_out(space, [r for own in requests.values() for r in own], report)
+    Database(records).write(space.folder() / "verification.csv", made_by(space, "verify"))
     by_id = {r.run_id: r for r in records}
     outcome = {}
     for label, own in requests.items():
@@ -561,8 +565,8 @@ def validate(space: Workspace, report: Report = silent) -> dict[str, Any]:
     """
     space = for_new_seeds(space, space.case.validate)
     requests = validation_requests(space)
-    records = _carry_out(space, [r for own in requests.values() for r in own], report)
-    Database(records).write(space.folder() / "validation.csv", _made_by(space, "validate"))
+    records = carry_out(space, [r for own in requests.values() for r in own], report)
+    Database(records).write(space.folder() / "validation.csv", made_by(space, "validate"))
     by_id = {r.run_id: r for r in records}
     verdicts = {}
     for label, own in requests.items():

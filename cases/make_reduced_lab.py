@@ -2,15 +2,14 @@
 
     python -m cases.make_reduced_lab
 
-The measurements belong to a cylinder of 32 mm with a neck of 5 mm. What they would be in the reduced hourglass is taken from
-YADE runs of both at the same frictions (python -m benchmarks.hourglass_scale, grid/hourglass_scale.csv):
+The measurements belong to a cylinder of 32 mm with a neck of 5 mm. They are carried over by YADE runs (python -m
+benchmarks.hourglass_scale, grid/hourglass_scale.csv):
 
-- density: times the ratio of the densities, reduced over full, mean of the sets of frictions;
-- angle: the straight line through the sets that turns the slope fitted in the wide cylinder, which is what the paper measures,
-  into the equivalent angle of the reduced one;
-- rate: the paper gives the time of the whole discharge. The mass behind it is that above the crater of the measured angle, the
-  steady rate is as much larger than the mean one as in the wide cylinder's run, and the ratio of rates, reduced with its own
-  neck over full, and of the two necks, carries it over.
+- density and rate by individual D, for which the paper gives its own simulation's values. How it measures the filled volume, and
+  when its discharge ends, it does not say; at D the surface scanned here gives 5 % more density than its 1594 kg/m3. The target
+  is what the reduced hourglass gives at D, times measured over simulated in the paper (of the discharge time the inverse);
+- angle by the straight line through three sets of frictions that turns the slope fitted in the wide cylinder, which is what
+  the paper measures, into the equivalent angle of the reduced one.
 """
 
 import tomllib
@@ -18,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.hourglass_scale import SETS, finished
-from calibrator.case import read_case
+from benchmarks.hourglass_scale import COMPARED, finished
 from calibrator.records import Record
 
 HERE = Path(__file__).resolve().parent
 LAB = HERE / "quartz_sand_reduced_lab.csv"
+INDIVIDUAL_D = "high"  # the set of frictions that are those of the paper's individual D
 HEAD = """# from the measurements on quartz sand in the reference paper (Tables 3, 8 and 9), carried over to the reduced hourglass
 # python -m cases.make_reduced_lab
 setup,response,value,scatter,replicates,unit,role
@@ -36,50 +35,33 @@ def mean(records: list[Record], response: str) -> float:
     return float(np.mean(values)) if values else float("nan")
 
 
-def ratio(response: str, over: str, under: str) -> float:
-    """Mean over the sets of the ratio of a response at two scales."""
-    return float(np.nanmean([mean(finished(s, over), response) / mean(finished(s, under), response) for s in SETS]))
+def at_individual_d(response: str) -> float:
+    """What the reduced hourglass gives at individual D, of which it has Young's modulus as well."""
+    return mean(finished(INDIVIDUAL_D, "stiff"), response)
 
 
 def angle(measured: float) -> float:
     """Equivalent angle [deg] in the reduced hourglass for a slope measured in the wide one."""
     pairs = [
         (mean(finished(s, "full"), "drained_angle_of_repose_deg"), mean(finished(s, "reduced"), "drained_equivalent_angle_deg"))
-        for s in SETS
+        for s in COMPARED
     ]
     wide, reduced = np.array([p for p in pairs if np.isfinite(p).all()]).T
     return float(np.polyval(np.polyfit(wide, reduced, 1), measured))
 
 
-def crater_volume(angle_deg: float, cylinder: float, neck: float) -> float:
-    """Volume [m3] left below a cone-shaped crater; cylinder and neck are diameters [m] (measure.crater_angle_from_volume)."""
-    outer, inner = cylinder / 2, neck / 2
-    return float(2 * np.pi * np.tan(np.radians(angle_deg)) * ((outer**3 - inner**3) / 3 - inner * (outer**2 - inner**2) / 2))
-
-
-def steady_rate(measured: dict[str, float]) -> float:
-    """Steady rate [kg/s] of the measured discharge, through the paper's neck."""
-    paper = read_case(HERE / "quartz_sand_full.toml").problem.setups["hourglass"]
-    shape = float(paper["cylinder_diameter"]), float(paper["neck_diameter"])
-    left = measured["bulk_density"] * crater_volume(measured["drained_angle_of_repose_deg"], *shape)
-    runs = [r for s in SETS for r in finished(s, "full") if r.status == "ok"]
-    passed = [float(r.request.parameters["fill_mass"]) - r.responses["residual_mass"] for r in runs]
-    steadier = np.mean(
-        [r.responses["mass_flow_rate"] * r.responses["discharge_time"] / m for r, m in zip(runs, passed, strict=True)]
-    )
-    return float(steadier * (float(paper["fill_mass"]) - left) / measured["discharge_time"])
-
-
 def main() -> None:
     """Write the lab file."""
-    paper = tomllib.loads((HERE / "reference_paper.toml").read_text())["measured"]
-    rate = steady_rate(paper) * ratio("mass_flow_rate", "reduced", "full") * ratio("mass_flow_rate", "reduced", "narrow")
+    tables = tomllib.loads((HERE / "reference_paper.toml").read_text())
+    measured, simulated = tables["measured"], tables["individual"]["D"]["verified"]
+    density = at_individual_d("bulk_density") * measured["bulk_density"] / simulated["bulk_density"]
+    rate = at_individual_d("mass_flow_rate") * simulated["discharge_time"] / measured["discharge_time"]
     rows = [
-        ("hourglass", "bulk_density", paper["bulk_density"] * ratio("bulk_density", "reduced", "full"), "kg/m3", "calibrate"),
-        ("hourglass", "drained_equivalent_angle_deg", angle(paper["drained_angle_of_repose_deg"]), "deg", "calibrate"),
+        ("hourglass", "bulk_density", density, "kg/m3", "calibrate"),
+        ("hourglass", "drained_equivalent_angle_deg", angle(measured["drained_angle_of_repose_deg"]), "deg", "calibrate"),
         ("hourglass", "mass_flow_rate", rate, "kg/s", "calibrate"),
-        ("ledge", "ledge_angle_of_repose_deg", paper["ledge_angle_of_repose_deg"], "deg", "held_out"),
-        ("conical_pile", "pile_angle_of_repose_deg", paper["pile_angle_of_repose_deg"], "deg", "held_out"),
+        ("ledge", "ledge_angle_of_repose_deg", measured["ledge_angle_of_repose_deg"], "deg", "held_out"),
+        ("conical_pile", "pile_angle_of_repose_deg", measured["pile_angle_of_repose_deg"], "deg", "held_out"),
     ]
     LAB.write_text(HEAD + "".join(f"{s},{r},{value:.5g},,1,{unit},{role}\n" for s, r, value, unit, role in rows))
     print(LAB.read_text(), end="")

@@ -1,6 +1,7 @@
 """Fixtures: a fake YADE on the PATH, and small cases."""
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -59,19 +60,38 @@ def processes_in(folder):
     return found
 
 
+def programs(folder, **calls):
+    """Make programs that call a function of fake_yade: {name: call}; returns their folder."""
+    folder.mkdir()
+    for name, call in calls.items():
+        program = folder / name
+        program.write_text(
+            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(FAKE.parent)!r})\nimport fake_yade\nfake_yade.{call}\n"
+        )
+        program.chmod(0o755)
+    return folder
+
+
+def fake_programs(folder):
+    """A fake yade and yade-batch."""
+    return programs(folder, **{"yade": "run_line()", "yade-batch": "run_batch()"})
+
+
 @pytest.fixture
 def fake_yade(tmp_path, monkeypatch):
     """Put a fake yade and yade-batch first on the PATH."""
-    folder = tmp_path / "bin"
-    folder.mkdir()
-    for name in ("yade", "yade-batch"):
-        program = folder / name
-        program.write_text(
-            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(FAKE.parent)!r})\nimport fake_yade\n"
-            f"fake_yade.{'run_batch' if name == 'yade-batch' else 'run_line'}()\n"
-        )
-        program.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    folder = fake_programs(tmp_path / "bin")
+    monkeypatch.setenv("PATH", str(folder), prepend=os.pathsep)
+    return folder
+
+
+@pytest.fixture
+def troubled_yade(tmp_path, monkeypatch):
+    """Put a yade on the PATH that is the real one, apart from the runs that misbehave.json of the working folder names."""
+    real = shutil.which("yade")
+    assert real, "yade is not on the PATH: run `make yade`"
+    folder = programs(tmp_path / "bin", yade=f"run_real_line({real!r})")
+    monkeypatch.setenv("PATH", str(folder), prepend=os.pathsep)
     return folder
 
 

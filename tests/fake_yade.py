@@ -1,9 +1,10 @@
 """A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write half a file.
 
 Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a run does instead
-is written in misbehave.json of the working folder: {"<seed>": "crash" | "hang" | "lie" | "half" | "clog" | "nothing"};
-"all" stands for every seed. With {"once": true} each seed does so the first time only. {"duration": seconds} makes runs last,
-{"yade": version} is what records say, and {"clock": seconds} moves the clock while a run is under way.
+is written in misbehave.json of the working folder, {"<seed>": what} with what = "crash", "segfault", "memory", "hang",
+"hang once", "lie", "half", "clog" or "nothing"; "all" stands for every seed. With {"once": true} each seed does so the first time
+only. {"duration": seconds} makes runs last, {"yade": version} is what records say, and {"clock": seconds} moves the clock while a
+run is under way.
 """
 
 import ast
@@ -11,6 +12,7 @@ import json
 import math
 import os
 import random
+import signal
 import subprocess
 import sys
 import time
@@ -26,42 +28,79 @@ NOISE = 0.004  # relative scatter of one run
 def responses_of(setup: str, p: dict) -> dict[str, float]:
     """Smooth made-up responses: monotonic in both frictions, with a soft-grain effect on the density."""
     rolling, sliding, soft = p["rolling_friction"], p["sliding_friction"], math.log10(p["young_modulus"] / 1e6)
-    density = 1700 - 120 * sliding - 90 * rolling - 25 * soft
-    angle = 20 + 45 * math.tanh(2 * rolling) + 12 * sliding
+    sticky, drag = p.get("bond_number", 0.0), p.get("bed_viscosity", 0.0) / 1e-3
+    density = 1700 - 120 * sliding - 90 * rolling - 25 * soft - 60 * sticky
+    angle = 20 + 45 * math.tanh(2 * rolling) + 12 * sliding + 6 * sticky
     if setup == "hourglass":
-        return {"bulk_density": density, "drained_equivalent_angle_deg": angle, "mass_flow_rate": 0.03 - 0.008 * sliding}
+        return {
+            "bulk_density": density,
+            "drained_equivalent_angle_deg": angle,
+            "mass_flow_rate": (0.03 - 0.008 * sliding - 0.003 * sticky) / (1 + 0.1 * drag),
+            "late_early_ratio": 0.9 - 0.1 * rolling - 0.1 * sticky,
+            "onset_delay": 0.02 * (1 + 0.2 * drag),
+        }
     if setup == "ledge":
-        return {"bulk_density": density, "ledge_equivalent_angle_deg": 0.8 * angle}
-    return {"bulk_density": density, "pile_equivalent_angle_deg": 0.5 * angle}
+        return {"bulk_density": density, "ledge_equivalent_angle_deg": 0.8 * angle, "ledge_curvature": -20 - 10 * rolling}
+    heap = 0.5 * angle + 5 * sticky
+    return {"bulk_density": density, "pile_equivalent_angle_deg": heap, "pile_apex_rounding": 1e-3 * (1 + sliding - 0.4 * sticky)}
 
 
 def run_line() -> None:
     """What `yade -n -x script.py` does with the table line in YADE_BATCH."""
+    setup, run_id, given = _table_line()
+    what = trouble(run_id, given["seed"])
+    behave(setup, run_id, contract.checked(setup, given), what)
+
+
+def run_real_line(yade: str) -> None:
+    """The same on the real YADE, apart from the runs that are to go wrong before it starts."""
+    _, run_id, given = _table_line()
+    trouble(run_id, given["seed"])
+    os.execv(yade, [yade, *sys.argv[1:]])
+
+
+def _table_line() -> tuple[str, str, dict]:
+    """Set-up, run id and parameters of the line."""
     table, line = os.environ["YADE_BATCH"].rsplit(":", 1)
     lines = Path(table).read_text().splitlines()
     cells = dict(zip(lines[0].split(), lines[int(line) - 1].split(), strict=True))
     run_id = cells.pop("description")
     setup = Path(sys.argv[-1]).stem
     own = contract.parameters_of(setup)
-    given = {name: ast.literal_eval(cell) for name, cell in cells.items() if name in own}
+    return setup, run_id, {name: ast.literal_eval(cell) for name, cell in cells.items() if name in own}
+
+
+def trouble(run_id: str, seed: int) -> str:
+    """Note the call, with the node of a cluster, and end, die or hang where that is planned; else returns what is planned."""
     with open("calls.txt", "a") as stream:
-        stream.write(run_id + "\n")
-    behave(setup, run_id, contract.checked(setup, given))
-
-
-def behave(setup: str, run_id: str, p: dict) -> None:
-    """Write the record, or misbehave."""
-    plan = json.loads(Path("misbehave.json").read_text()) if Path("misbehave.json").exists() else {}
-    what = plan.get(str(p["seed"]), plan.get("all", "good"))
+        stream.write(f"{run_id} {os.environ.get('SLURMD_NODENAME', '')}".rstrip() + "\n")
+    plan = planned()
+    what = plan.get(str(seed), plan.get("all", "good"))
     if plan.get("once") and not first_time(run_id):
         what = "good"
     time.sleep(float(plan.get("duration", 0)))
     if what == "crash":
         sys.exit("fake crash")
-    if what == "hang":
+    if what == "segfault":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if what == "memory":
+        block = b"x" * 600_000_000
+        time.sleep(3600 if block else 0)
+    if what == "hang" or (what == "hang once" and first_time(run_id)):
         time.sleep(3600)
     if what == "nothing":
-        return
+        sys.exit()
+    return what
+
+
+def planned() -> dict:
+    """What misbehave.json says."""
+    return json.loads(Path("misbehave.json").read_text()) if Path("misbehave.json").exists() else {}
+
+
+def behave(setup: str, run_id: str, p: dict, what: str) -> None:
+    """Write the record, or a wrong one."""
+    plan = planned()
     scatter = random.Random(run_id)
     responses = {n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()}
     record = dict(
@@ -104,7 +143,8 @@ def run_batch() -> None:
                 env={**os.environ, "YADE_BATCH": f"{table}:{number}"}, stdout=stream, stderr=stream,
             ).returncode  # fmt: skip
         with open(log, "a") as stream:
-            stream.write(f"\n=================== JOB SUMMARY ================\nstatus  : {code << 8} (x)\n")
+            status = code << 8 if code >= 0 else -code  # as os.system returns it
+            stream.write(f"\n=================== JOB SUMMARY ================\nstatus  : {status} (x)\n")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,10 @@ import pytest
 
 from calibrator import workflow
 from calibrator.case import read_case
+from calibrator.cli import main
 from calibrator.cost import particles
+from calibrator.diagnosis import diagnose
+from calibrator.errors import CalibratorError
 from calibrator.plan import plan_requests
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
@@ -56,3 +59,37 @@ def test_the_reduced_case_has_the_papers_parameters_and_enough_replicates():
     assert grid.problem.setups["hourglass"] == reduced.problem.setups["hourglass"]
     sets = reduced.plan.sets + len(plan_requests(grid))
     assert sets >= 150 and reduced.plan.replicated_sets >= 0.2 * sets and reduced.plan.replicates >= 3
+
+
+def test_cluster_settings_with_two_values_or_shell_text_are_refused(write_case, tmp_path):
+    path, site = write_case(("[run]", '[cluster]\npartition = "a"\n[run]')), tmp_path / "site.toml"
+    site.write_text('[cluster]\naccount = "sand"\nmodules = ["yade/2023.02"]\nshell = ["ulimit -c 0"]\n')
+    cluster = read_case(path, site).cluster
+    assert (cluster.partition, cluster.account) == ("a", "sand")
+    assert (cluster.modules, cluster.shell) == (("yade/2023.02",), ("ulimit -c 0",))
+    for wrong in (
+        'partition = "b"', 'account = "x; rm"', 'account = "x\\n"', 'time = "soon"', 'memory = "-1"', 'modules = ["a; rm"]',
+        'modules = ["-f"]', "nodes = 2", "most_tasks = 0",
+    ):  # fmt: skip
+        site.write_text(f"[cluster]\n{wrong}\n")
+        with pytest.raises(CalibratorError):
+            read_case(path, site)
+
+
+def test_a_case_that_somebody_sends_brings_no_shell_text(write_case):
+    with pytest.raises(CalibratorError, match="move it to a site file"):
+        read_case(write_case(("[run]", '[cluster]\nshell = ["rm -r x"]\n[run]')))
+
+
+def test_the_forecast_on_the_cluster_page_is_what_plan_prints(tmp_path, capsys):
+    assert main(["plan", str(CASES / "quartz_sand_full.toml"), "--results", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out.splitlines()[:2]
+    page = (CASES.parent / "docs" / "cluster.md").read_text()
+    assert len(printed) == 2 and all(f"    {line}\n" in page for line in printed)
+
+
+def test_the_five_numbers_of_the_paper_cannot_tell_what_is_missing(tmp_path):
+    space = workflow.Workspace(read_case(CASES / "quartz_sand_full.toml"), tmp_path / "quartz_sand_full")
+    found = diagnose(space)
+    assert found["verdict"] == "cannot tell"
+    assert "3 observables against 5 parameters" in found["sentence"] and "measure at least 7 more" in found["sentence"]

@@ -52,6 +52,15 @@ def test_a_crash_is_tried_once_more_and_kept_with_its_reason(tmp_path, fake_yade
     assert calls(folder).count(requests()[2].run_id) == 2  # and not for ever
 
 
+def test_a_segfault_is_a_crash_however_it_was_reported(tmp_path, fake_yade):
+    folder = folder_with(tmp_path, **{"1": "segfault"})
+    records = run(folder, requests(2), jobs=1)
+    assert [r.status for r in records] == ["ok", "crash"] and records[1].error.startswith("exit code 139")
+    for status, code in (("11", 139), ("139", 139), (str(139 << 8), 139), ("9", 137), ("0", 0), (str(124 << 8), 124)):
+        (tmp_path / "log").write_text(f"some output\nstatus  : {status} (some words)\n")
+        assert runner.exit_code(tmp_path / "log") == code
+
+
 @pytest.mark.parametrize("behaviour", ["lie", "half", "nothing"])
 def test_a_run_without_a_believable_record_is_lost_not_trusted(tmp_path, fake_yade, behaviour):
     folder = folder_with(tmp_path, **{"1": behaviour})

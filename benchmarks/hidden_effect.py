@@ -1,0 +1,355 @@
+"""How often is the verdict right? Measurements in which an effect is hidden, from pools of real YADE runs.
+
+    python -m benchmarks.hidden_effect run       carry out the pools (resumable), about three core-hours
+    python -m benchmarks.hidden_effect           judge them: benchmarks/results/hidden_effect.json
+
+A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong amplitude, an effect outside the
+library, or a pair. Its pool holds a few runs of every experiment; a trial draws five of each as the replicates of a
+laboratory, and errors of metrology anew. Pools are shared by the trials of a class, so intervals are bootstrapped by pool.
+Each class of a single effect is judged once more without that effect in the library. No threshold was set on these runs:
+those of `verdict.Rule` come from a made-up world (tests/toy_world.py).
+"""
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from benchmarks.common import write
+from benchmarks.hidden import (
+    OUTSIDE,
+    REPLICATES,
+    complete_values,
+    laboratory_requests,
+    metrology,
+    read_off,
+    small_effects,
+    truth_of,
+)
+from calibrator import experiments as ex
+from calibrator.case import Case, read_case
+from calibrator.cli import ProgressBar
+from calibrator.database import Database
+from calibrator.design import sobol
+from calibrator.discrepancy import Gap
+from calibrator.identification import Effect, Explanation, Measured, rivals
+from calibrator.runner import RunFolder, gather, run
+from calibrator.surface import Surfaces
+from calibrator.table import Request
+from calibrator.verdict import Verdict, judge
+
+REPO = Path(__file__).resolve().parent.parent
+CASE = REPO / "cases" / "missing_effect.toml"
+FOLDER = RunFolder(REPO / "results" / "missing_effect_pools")
+POOLS = REPO / "grid" / "missing_effect_pools.csv"
+AMPLITUDES = {"weak": 0.4, "middling": 0.8, "strong": 1.5}
+CONTROL = "twisting_stiffness"  # not expected to be identifiable: one class only
+PAIRS = (("bond_number", "neck_error"), ("clump_aspect", "tilt_deg"))
+NOTHING = 4  # classes with nothing hidden, at different parameters
+POOL = 8  # runs of every experiment in a pool
+TRIALS = 20  # of a class
+FIRST_SEED = 1_100_000_000
+BOOTSTRAPS = 1000
+
+
+@dataclass(frozen=True)
+class Class:
+    """A truth and the runs of its pool, a list per experiment."""
+
+    label: str
+    strength: str
+    truth: dict[str, Any]
+    requests: list[list[Request]]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was hidden, what was said, and by how much the gap closed."""
+
+    label: str
+    strength: str
+    hidden: tuple[str, ...]
+    withheld: bool
+    verdict: Verdict
+    naive: str
+    bic: str
+    amplitude: tuple[float, float] | None = None
+    gaps: dict[str, float] = field(default_factory=dict)
+
+
+def classes(case: Case) -> list[Class]:
+    """All truths, each with its own parameters and seeds."""
+    effects = {e.name: e for e in ex.library(case)}
+    wanted: list[tuple[str, str, dict[str, float]]] = [(f"nothing {i + 1}", "none", {}) for i in range(NOTHING)]
+    for i, (name, effect) in enumerate(effects.items()):
+        for j, (strength, size) in enumerate(AMPLITUDES.items()):
+            if name != CONTROL or strength == "strong":
+                sign = 1 if effect.sign == "+" or (i + j) % 2 == 0 else -1
+                wanted.append((name, strength, {name: ex.column_value(effect, sign * size)}))
+    wanted += [(name, "outside", {name: 1.0}) for name in OUTSIDE]
+    wanted += [(" and ".join(two), "pair", {n: ex.column_value(effects[n], 1.5) for n in two}) for two in PAIRS]
+    found = ex.experiments(case, case.observables)
+    made = []
+    for index, (label, strength, hidden) in enumerate(wanted):
+        truth = truth_of(case, hidden, np.random.default_rng(index))
+        asked = laboratory_requests(case, truth, found, FIRST_SEED + 100_000 * index, POOL, finer=1.0)
+        made.append(Class(label, strength, truth, asked))
+    return made
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A library with its surfaces: the whole one, or one from which an effect is withheld."""
+
+    effects: list[Effect]
+    surfaces: Surfaces
+    used: np.ndarray
+    held: np.ndarray
+
+
+def library(case: Case, database: Database, withheld: str = "") -> Judged:
+    """Surfaces of the case's diagnosis from shipped runs."""
+    effects = [e for e in ex.library(case) if e.name != withheld]
+    found = ex.experiments(case, case.observables)
+    points = sobol(case.problem, case.diagnosis.sets)
+    plain = [database.find(own) for own in ex.plain_requests(case, found, points)]
+    changes = [database.find(own) for own in ex.change_requests(case, found, ex.library(case), points)]
+    if withheld:
+        changes = [[r for r in own if withheld not in r.request.parameters] for own in changes]
+    surfaces = ex.surfaces(case, found, effects, plain, changes)
+    ordered = ex.in_order(case.observables, found)
+    kept, _ = ex.distinct(ordered, surfaces)
+    used = np.array([i for i in kept if ordered[i].role != "held_out"])
+    held = np.array([i for i, o in enumerate(ordered) if o.role == "held_out"])
+    return Judged(effects, surfaces, used, held)
+
+
+def measurements(case: Case, pool: list[np.ndarray], judged: Judged, rng: np.random.Generator) -> Measured:
+    """One laboratory: replicates of every experiment from its pool (runs, n), and errors of metrology."""
+    found = ex.experiments(case, case.observables)
+    ordered = ex.in_order(case.observables, found)
+    values = np.hstack([own[rng.choice(len(own), REPLICATES, replace=False)] for own in pool])
+    draws = metrology(case.nuisances, rng)
+    d, k = judged.surfaces.dimensions, len(judged.effects)
+    slopes = judged.surfaces.jacobian(np.full(d, 0.5), np.zeros(k))[:, d:]
+    names = [e.name for e in judged.effects]
+    nuisances = [n for n in case.nuisances if not n.effect or n.effect in names]
+    reported = read_off(ordered, values, nuisances, draws)
+    small = small_effects(nuisances, draws)
+    shift = sum((slopes[:, names.index(n)] * v / judged.effects[names.index(n)].scale for n, v in small.items()), 0.0)
+    found_errors = ex.measured(reported, nuisances, judged.surfaces, slopes, judged.effects)
+    return Measured(found_errors.values + shift, found_errors.covariance)
+
+
+def trial(case: Case, one: Class, pool: list[np.ndarray], judged: Judged, withheld: bool, rng: np.random.Generator) -> Trial:
+    """Judge one laboratory, and what simpler rules would have said."""
+    everything = measurements(case, pool, judged, rng)
+    measured = everything.only(judged.used)
+    verdict = judge(judged.surfaces, measured, judged.effects, judged.used, rng)
+    found = verdict.rivals or rivals(judged.surfaces, measured, judged.effects, judged.used)
+    best = min(found.single, key=lambda fit: fit.chi2)
+    penalty = np.log(len(judged.used))
+    hidden = tuple(n for n in one.truth["hidden"] if n not in OUTSIDE)
+    amplitude, gaps = None, {}
+    if verdict.kind == "named":
+        assert verdict.best is not None
+        k = [e.name for e in judged.effects].index(verdict.effects[0])
+        amplitude = (float(verdict.best.amplitude[k]), float(verdict.best.amplitude_error[k]))
+        gaps = closed(judged, everything, found.none, verdict.best, found.single, rng)
+    return Trial(
+        one.label,
+        one.strength,
+        hidden,
+        withheld,
+        verdict,
+        best.effects[0] if chi2.sf(found.none.chi2, found.none.degrees) < 0.05 else "none",
+        best.effects[0] if best.chi2 + penalty < found.none.chi2 else "none",
+        amplitude,
+        gaps,
+    )
+
+
+def closed(
+    judged: Judged,
+    measured: Measured,
+    none: Explanation,
+    best: Explanation,
+    single: Sequence[Explanation],
+    rng: np.random.Generator,
+) -> dict[str, float]:
+    """Closed share of the gap on data used and held out, by the named effect, the runner-up and a ghost."""
+    rank = sorted(single, key=lambda fit: fit.chi2)
+    runner_up = next(fit for fit in rank if fit.effects != best.effects)
+    models, found = {"none": none, "best": best, "next": runner_up}, {}
+    for what, index in (("used", judged.used), ("held_out", judged.held)):
+        z = {name: standardised(judged, measured, fit, index) for name, fit in models.items()}
+        floor = 1.0 if what == "held_out" else float(np.sqrt((len(index) - judged.surfaces.dimensions) / len(index)))
+        before = rms(z["none"])
+        found[f"{what}_before"], found[f"{what}_after"] = before, rms(z["best"])
+        found[f"{what}_closed"] = Gap(before, rms(z["best"]), floor).closed
+        found[f"{what}_runner_up"] = Gap(before, rms(z["next"]), floor).closed
+        ghost = np.mean([Gap(before, rms(ghosted(z["none"], rng)), floor).closed for _ in range(20)])
+        found[f"{what}_ghost"] = float(ghost)
+    return found
+
+
+def standardised(judged: Judged, measured: Measured, fit: Explanation, index: np.ndarray) -> np.ndarray:
+    """Residuals of the observables at index over their standard errors, measurement and surfaces."""
+    mean = judged.surfaces.mean(fit.unit, fit.amplitude)[0]
+    error = np.sqrt(np.diag(measured.covariance + judged.surfaces.error(fit.unit, fit.amplitude)))
+    return np.asarray(((measured.values - mean) / error)[index])
+
+
+def ghosted(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """What is left when a random direction is fitted to the residuals by the data themselves."""
+    direction = rng.standard_normal(len(z))
+    direction /= np.linalg.norm(direction)
+    return np.asarray(z - (z @ direction) * direction)
+
+
+def rms(z: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(z**2)))
+
+
+def wilson(count: int, total: int) -> tuple[float, float]:
+    """95 % interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212)."""
+    if total == 0:
+        return float("nan"), float("nan")
+    z, p = float(norm.ppf(0.975)), count / total
+    centre = (p + z**2 / (2 * total)) / (1 + z**2 / total)
+    half = z / (1 + z**2 / total) * np.sqrt(p * (1 - p) / total + z**2 / (4 * total**2))
+    return centre - half, centre + half
+
+
+def said(trial: Trial) -> str:
+    """The printed verdict, with the name where there is one."""
+    return trial.verdict.effects[0] if trial.verdict.kind == "named" else trial.verdict.kind
+
+
+def by_pool(trials: Sequence[Trial], value: Callable[[Sequence[Trial]], float]) -> tuple[float, float]:
+    """95 % interval of a statistic, resampling whole pools."""
+    rng, pools = np.random.default_rng(1), {}
+    for t in trials:
+        pools.setdefault((t.label, t.strength), []).append(t)
+    groups = list(pools.values())
+    drawn = [value([t for i in rng.integers(len(groups), size=len(groups)) for t in groups[i]]) for _ in range(BOOTSTRAPS)]
+    return float(np.nanquantile(drawn, 0.025)), float(np.nanquantile(drawn, 0.975))
+
+
+def rates(trials: Sequence[Trial]) -> dict[str, Any]:
+    """The figures that the project promises."""
+    whole = [t for t in trials if not t.withheld]
+    nothing = [t for t in whole if t.strength == "none"]
+    single = [t for t in whole if t.strength in AMPLITUDES and t.label != CONTROL]
+    strong = [t for t in single if t.strength == "strong"]
+    outside = [t for t in trials if t.strength == "outside" or t.withheld]
+    named = [t for t in single if t.verdict.kind == "named"]
+    detected = [t for t in single if t.verdict.kind not in ("no gap", "cannot tell")]
+    alarms = sum(t.verdict.kind != "no gap" for t in nothing)
+    right = sum(t.verdict.effects == t.hidden for t in named)
+    correct = [t for t in named if t.verdict.effects == t.hidden]
+    return {
+        "false_alarm_rate": alarms / max(len(nothing), 1),
+        "false_alarm_upper95": wilson(alarms, len(nothing))[1],
+        "name_precision_in_library": right / max(len(named), 1),
+        "name_precision_interval": wilson(right, len(named)),
+        "strong_named_rate": share(strong, lambda t: said(t) == t.label, lambda t: True),
+        "strong_named_interval_by_pool": by_pool(strong, lambda own: float(np.mean([said(t) == t.label for t in own]))),
+        "outside_wrongly_named_rate": sum(t.verdict.kind == "named" for t in outside) / max(len(outside), 1),
+        "set_coverage": sum(covered(t) for t in detected) / max(len(detected), 1),
+        "heldout_gap_closed_median": median(correct, "held_out_closed"),
+        "heldout_gap_closed_ci95": by_pool(correct, lambda own: median(own, "held_out_closed")),
+        "heldout_gap_closed_ghost_median": median(correct, "held_out_ghost"),
+        "heldout_gap_closed_runner_up_median": median(correct, "held_out_runner_up"),
+        "used_gap_closed_median": median(correct, "used_closed"),
+        "naive_best_chi2_precision": share(single, lambda t: t.naive == t.label, lambda t: t.naive != "none"),
+        "naive_best_chi2_false_alarm_rate": share(nothing, lambda t: t.naive != "none", lambda t: True),
+        "bic_precision": share(single, lambda t: t.bic == t.label, lambda t: t.bic != "none"),
+        "bic_false_alarm_rate": share(nothing, lambda t: t.bic != "none", lambda t: True),
+        "bic_outside_named_rate": share(outside, lambda t: t.bic != "none", lambda t: True),
+        "trials": len(trials),
+    }
+
+
+def covered(t: Trial) -> bool:
+    """Whether the truth is in what was printed; `unknown` prints no effect of the library, so it leaves the truth out."""
+    return t.label in t.verdict.effects
+
+
+def share(trials: Sequence[Trial], good: Callable[[Trial], bool], among: Callable[[Trial], bool]) -> float:
+    """Share of good ones among those that count."""
+    counted = [t for t in trials if among(t)]
+    return sum(map(good, counted)) / max(len(counted), 1)
+
+
+def median(trials: Sequence[Trial], key: str) -> float:
+    """Median of a closed share over the trials that have a gap there."""
+    values = [t.gaps[key] for t in trials if np.isfinite(t.gaps.get(key, np.nan))]
+    return float(np.median(values)) if values else float("nan")
+
+
+def matrix(trials: Sequence[Trial]) -> dict[str, dict[str, int]]:
+    """What was said by what was hidden."""
+    table: dict[str, Counter[str]] = {}
+    for t in trials:
+        row = f"{t.label}, {t.strength}" + (", withheld" if t.withheld else "")
+        table.setdefault(row, Counter())[said(t)] += 1
+    return {row: dict(counts) for row, counts in table.items()}
+
+
+def amplitudes(case: Case, trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    """True and recovered amplitudes of the effects named rightly, in plausible scales."""
+    rows = []
+    for t in trials:
+        if t.amplitude is not None and t.verdict.effects == t.hidden:
+            rows.append({"effect": t.label, "strength": t.strength, "found": t.amplitude[0], "error": t.amplitude[1]})
+    return rows
+
+
+def main() -> None:
+    """Carry out the pools, or judge them."""
+    case = read_case(CASE)
+    everything = classes(case)
+    asked = [r for c in everything for own in c.requests for r in own]
+    if sys.argv[1:] == ["run"]:
+        run(FOLDER, asked, report=ProgressBar(sys.stderr))
+    there = Database.read(POOLS).find(asked) if POOLS.exists() else []
+    pools = Database({r.run_id: r for r in [*there, *gather(FOLDER, asked)]}.values())
+    pools.write(POOLS, "python -m benchmarks.hidden_effect run")
+    if sys.argv[1:] == ["run"]:
+        return
+    trials = judged_trials(case, everything, pools, Database.read(REPO / "grid" / "missing_effect.csv"))
+    results = {**rates(trials), "confusion": matrix(trials), "amplitudes": amplitudes(case, trials), "pool": POOL}
+    write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
+
+
+def judged_trials(case: Case, everything: Sequence[Class], pools: Database, database: Database) -> list[Trial]:
+    """All trials; a class whose pool is too small, as most of its runs clog, is left out and said so."""
+    whole, trials = library(case, database), []
+    found = ex.experiments(case, case.observables)
+    for index, one in enumerate(everything):
+        pool = complete_values(found, [pools.find(own) for own in one.requests])
+        if min(map(len, pool)) < REPLICATES:
+            print(
+                f"{one.label}, {one.strength}: only {min(map(len, pool))} complete runs of an experiment, left out",
+                file=sys.stderr,
+            )
+            continue
+        rng = np.random.default_rng(10_000 + index)
+        trials += [trial(case, one, pool, whole, False, rng) for _ in range(TRIALS)]
+        if one.strength in ("middling", "strong") and one.label != CONTROL:
+            without = library(case, database, one.label)
+            trials += [trial(case, one, pool, without, True, rng) for _ in range(TRIALS // 4)]
+        print(one.label, one.strength, dict(Counter(said(t) for t in trials if t.label == one.label)), file=sys.stderr)
+    return trials
+
+
+if __name__ == "__main__":
+    main()

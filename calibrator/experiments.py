@@ -1,0 +1,252 @@
+"""The experiments of a diagnosis: what was measured where, the runs that imitate it, and the errors of the measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrator.case import Case
+from calibrator.discrepancy import repeated
+from calibrator.errors import CalibratorError
+from calibrator.identification import LARGEST, Effect, Measured
+from calibrator.lab import Nuisance, Observable
+from calibrator.problem import Value
+from calibrator.quantities import EFFECTS, SETUPS, parameters_of
+from calibrator.records import Record
+from calibrator.surface import Surfaces, fit_surfaces
+from calibrator.table import Request
+
+EXPERIMENT_STRIDE = 1_000_000  # between the first seeds of experiments: a filling must not be the same in two of them
+CHANGE_SEED = 200_000_000  # added to the seeds of the fingerprints' runs
+SET_STRIDE = 100  # between the seeds of neighbouring sets, for their replicates
+AMPLITUDES = (1.0, 0.5, 1.5, 0.75)  # of the sets of an effect in turn, in plausible scales
+PRIOR_DEGREES = 4  # weight of the simulation's scatter beside that of a few replicates in the laboratory
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A set-up under a condition, and the responses that are compared there; values differ from the set-up's own."""
+
+    name: str
+    setup: str
+    values: dict[str, Value]
+    responses: tuple[str, ...]
+
+
+def library(case: Case) -> list[Effect]:
+    """The effects that the case looks for."""
+    found = []
+    for name in case.diagnosis.effects:
+        quantity = EFFECTS[name]
+        assert quantity.effect is not None and quantity.high is not None and isinstance(quantity.default, (int, float))
+        effect, room = quantity.effect, (quantity.high - quantity.default) / quantity.effect.scale
+        found.append(Effect(name, effect.sign, effect.scale, min(LARGEST, room)))
+    return found
+
+
+def experiments(case: Case, observables: Sequence[Observable]) -> list[Experiment]:
+    """The experiments of these observables, in the order of set-ups and then of the case's conditions."""
+    order = [*SETUPS, *(f"{c.setup}@{name}" for name, c in case.conditions.items())]
+    found = []
+    for name in order:
+        responses = tuple(o.response for o in observables if o.experiment == name)
+        if responses:
+            setup, _, condition = name.partition("@")
+            values = {**case.problem.setups.get(setup, {}), **(case.conditions[condition].values if condition else {})}
+            found.append(Experiment(name, setup, values, responses))
+    return found
+
+
+def in_order(observables: Sequence[Observable], found: Sequence[Experiment]) -> list[Observable]:
+    """The observables in the order of the experiments, which is that of the surfaces."""
+    by_key = {o.key: o for o in observables}
+    return [by_key[f"{e.name}.{response}"] for e in found for response in e.responses]
+
+
+def request(case: Case, experiment: Experiment, point: np.ndarray, seed: int, effects: dict[str, float] | None = None) -> Request:
+    """One run of an experiment at parameters (d,), with effects by column; those the set-up does not know are left out."""
+    own = parameters_of(experiment.setup)
+    calibrated = dict(zip(case.problem.names, (float(x) for x in point), strict=True))
+    common = {n: v for n, v in {**case.problem.fixed, **calibrated, **(effects or {})}.items() if n in own}
+    return Request.of(experiment.setup, **{**common, **experiment.values, "seed": seed})
+
+
+def plain_requests(case: Case, found: Sequence[Experiment], points: np.ndarray) -> list[list[Request]]:
+    """Runs of the model without effects, a list per experiment: sets (n, d) with their replicates."""
+    settings = case.diagnosis
+    return [
+        [
+            request(case, e, point, _first_seed(case, i) + SET_STRIDE * j + k)
+            for j, point in enumerate(points)
+            for k in range(settings.replicates)
+        ]
+        for i, e in enumerate(found)
+    ]
+
+
+def change_requests(
+    case: Case, found: Sequence[Experiment], effects: Sequence[Effect], points: np.ndarray
+) -> list[list[Request]]:
+    """Runs of the fingerprints, a list per experiment: the sets (n, d) without effects, then some of them with each."""
+    return [_changes(case, i, e, effects, points) for i, e in enumerate(found)]
+
+
+def _changes(case: Case, index: int, experiment: Experiment, effects: Sequence[Effect], points: np.ndarray) -> list[Request]:
+    seed, count = _first_seed(case, index) + CHANGE_SEED, case.diagnosis.effect_sets
+    requests = [request(case, experiment, p, seed + SET_STRIDE * j) for j, p in enumerate(points)]
+    for k, effect in enumerate(effects):
+        if effect.name not in parameters_of(experiment.setup):
+            continue
+        chosen = points[(np.arange(count) * 3 + k) % len(points)]
+        for j, point in enumerate(chosen):
+            added = {effect.name: column_value(effect, amplitude(effect, j))}
+            requests.append(request(case, experiment, point, seed + SET_STRIDE * (len(points) + count * k + j), added))
+    return requests
+
+
+def amplitude(effect: Effect, index: int) -> float:
+    """Amplitude of the index-th run of an effect; of both signs, where both make sense."""
+    size = AMPLITUDES[index % len(AMPLITUDES)]
+    return size if effect.sign == "+" or index // len(AMPLITUDES) % 2 == 0 else -size
+
+
+def column_value(effect: Effect, size: float) -> float:
+    """Value of the effect's column at an amplitude in plausible scales."""
+    default = EFFECTS[effect.name].default
+    assert isinstance(default, (int, float))
+    return float(default + size * effect.scale)
+
+
+def _first_seed(case: Case, index: int) -> int:
+    return case.diagnosis.seed + EXPERIMENT_STRIDE * index
+
+
+def units(case: Case, requests: Iterable[Request]) -> np.ndarray:
+    """Parameters (n, d) of the runs as shares of their ranges, on each parameter's scale."""
+    rows = []
+    for one in requests:
+        row = []
+        for p in case.problem.parameters:
+            value = float(one.value(p.name))
+            logs = p.scale == "log"
+            row.append(np.log(value / p.low) / np.log(p.high / p.low) if logs else (value - p.low) / (p.high - p.low))
+        rows.append(row)
+    return np.array(rows, float).reshape(-1, len(case.problem.parameters))
+
+
+def point(case: Case, unit: np.ndarray) -> np.ndarray:
+    """Parameters (d,) at shares of their ranges (d,)."""
+    return np.array([float(p.values_at(np.asarray(share))) for p, share in zip(case.problem.parameters, unit, strict=True)])
+
+
+def amplitudes(effects: Sequence[Effect], requests: Iterable[Request]) -> np.ndarray:
+    """Amplitudes (n, k) of the runs, in plausible scales."""
+    rows = [[(float(r.value(e.name)) - float(EFFECTS[e.name].default or 0.0)) / e.scale for e in effects] for r in requests]
+    return np.array(rows, float).reshape(-1, len(effects))
+
+
+def surfaces(
+    case: Case,
+    found: Sequence[Experiment],
+    effects: Sequence[Effect],
+    plain: Sequence[Sequence[Record]],
+    changes: Sequence[Sequence[Record]],
+) -> Surfaces:
+    """Response surfaces from finished runs, a list per experiment; runs that lack a response are left out."""
+    good = [_complete(e, records) for e, records in zip(found, plain, strict=True)]
+    good_changes = [_complete(e, records) for e, records in zip(found, changes, strict=True)]
+    return fit_surfaces(
+        [(units(case, _requests(r)), _values(e, r)) for e, r in zip(found, good, strict=True)],
+        [
+            (units(case, _requests(r)), amplitudes(effects, _requests(r)), _values(e, r))
+            for e, r in zip(found, good_changes, strict=True)
+        ],
+        [e.name for e in found],
+        {int(r.request.parameters["seed"]) for records in good for r in records},
+        {int(r.request.parameters["seed"]) for records in good_changes for r in records},
+    )
+
+
+def _requests(records: Sequence[Record]) -> list[Request]:
+    return [r.request for r in records]
+
+
+def _complete(experiment: Experiment, records: Sequence[Record]) -> list[Record]:
+    return [r for r in records if r.status == "ok" and all(name in r.responses for name in experiment.responses)]
+
+
+def _values(experiment: Experiment, records: Sequence[Record]) -> np.ndarray:
+    rows = [[r.responses[name] for name in experiment.responses] for r in records]
+    return np.array(rows, float).reshape(-1, len(experiment.responses))
+
+
+def means(found: Sequence[Experiment], records: Sequence[Sequence[Record]]) -> tuple[np.ndarray, np.ndarray]:
+    """Mean of the complete runs, and their number, of every observable (n,). Raises CalibratorError where there is no run."""
+    values, counts = [], []
+    for e, own in zip(found, records, strict=True):
+        rows = _values(e, _complete(e, own))
+        if not len(rows):
+            raise CalibratorError(f"no run of {e.name} ended well here: see `calibrator diagnose` for the reasons")
+        values.append(rows.mean(axis=0))
+        counts.append(np.full(len(e.responses), len(rows)))
+    return np.concatenate(values), np.concatenate(counts)
+
+
+def measured(
+    observables: Sequence[Observable],
+    nuisances: Sequence[Nuisance],
+    found: Surfaces,
+    slopes: np.ndarray,
+    effects: Sequence[Effect],
+) -> Measured:
+    """The measurements with the covariance of all their errors.
+
+    observables : n, in the order of the surfaces; slopes (n, k) : changes by each effect per plausible scale, for nuisances
+    that are a small effect. The scatter of a few replicates is itself uncertain: where it is the smaller one, it is pooled
+    with the simulation's. All observables of an experiment come from the same replicates, so their errors are taken to be
+    correlated as those of the simulation's runs.
+    """
+    noise = found.noise
+    seed_scatter = np.sqrt(np.diag(noise))
+    correlation = noise / np.outer(seed_scatter, seed_scatter)
+    error = np.array([_scatter(o, s) / np.sqrt(o.replicates) for o, s in zip(observables, seed_scatter, strict=True)])
+    covariance = correlation * np.outer(error, error)
+    for nuisance in nuisances:
+        column = _nuisance_column(nuisance, observables, slopes, effects)
+        covariance = covariance + np.outer(column, column)
+    return Measured(np.array([o.value for o in observables]), covariance)
+
+
+def _scatter(observable: Observable, simulated: float) -> float:
+    """Scatter of one replicate: pooled with the simulation's, unless the laboratory's is larger."""
+    degrees = observable.replicates - 1
+    if observable.scatter == 0 or degrees == 0:
+        return max(observable.scatter, simulated)
+    pooled = (degrees * observable.scatter**2 + PRIOR_DEGREES * simulated**2) / (degrees + PRIOR_DEGREES)
+    return float(np.sqrt(max(pooled, observable.scatter**2)))
+
+
+def _nuisance_column(
+    nuisance: Nuisance, observables: Sequence[Observable], slopes: np.ndarray, effects: Sequence[Effect]
+) -> np.ndarray:
+    if nuisance.effect:
+        names = [e.name for e in effects]
+        if nuisance.effect not in names:
+            raise CalibratorError(
+                f"nuisance {nuisance.name} is a small {nuisance.effect}, which diagnosis.effects lacks: add it there"
+            )
+        index = names.index(nuisance.effect)
+        return np.asarray(slopes[:, index] * nuisance.error / effects[index].scale)
+    sizes = [abs(o.value) / 100 if nuisance.unit == "%" else 1.0 for o in observables]
+    return np.array([nuisance.error * s if nuisance.touches(o) else 0.0 for o, s in zip(observables, sizes, strict=True)])
+
+
+def distinct(observables: Sequence[Observable], found: Surfaces) -> tuple[list[int], list[str]]:
+    """Indices of the observables that do not repeat others of the same run, and a sentence on each that does."""
+    scatter = np.sqrt(np.diag(found.noise))
+    pairs = repeated(found.noise / np.outer(scatter, scatter))
+    left_out = {later for later, _ in pairs}
+    sentences = [f"{observables[a].key} repeats {observables[b].key}: left out" for a, b in pairs]
+    return [i for i in range(len(observables)) if i not in left_out], sentences

@@ -1,0 +1,175 @@
+"""One verdict on a gap: what the evidence allows to say, and nothing more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from calibrator.discrepancy import (
+    FEWEST_DEGREES,
+    Detection,
+    Fingerprints,
+    Projection,
+    detect,
+    fingerprints,
+    ghost_probability,
+    projection,
+)
+from calibrator.identification import Effect, Explanation, Measured, Rivals, explain, pairs, rivals
+from calibrator.surface import Surfaces
+
+KINDS = ("no gap", "named", "ambiguous", "two effects", "unknown", "cannot tell")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Thresholds of the verdict; benchmarks/hidden_effect.py measures what they lead to.
+
+    A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
+    of at least `posterior`, no rival within `lead` of its chi2, an amplitude of more than `errors` standard errors, and a ghost
+    probability below `ghost`. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by `pair_lead`.
+    """
+
+    p_effect: float = 0.03
+    p_chi2: float = 0.01
+    adequacy: float = 0.02
+    posterior: float = 0.8
+    lead: float = 4.0
+    errors: float = 2.0
+    ghost: float = 0.25
+    ghost_of_few: float = 0.05
+    few: int = 10
+    coverage: float = 0.95
+    pair_gain: float = 9.0
+    pair_lead: float = 4.6
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What is printed, and what it rests on.
+
+    kind : one of KINDS; effects : the name, the pair, or the set that cannot be told apart; best : the fit of the named
+    effect or pair, None otherwise.
+    """
+
+    kind: str
+    effects: tuple[str, ...]
+    detection: Detection
+    rivals: Rivals | None = None
+    best: Explanation | None = None
+    ghost: float = float("nan")
+    posterior: dict[str, float] = field(default_factory=dict)
+    adequacy: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """The linear picture at the best fit of the model as it is: for detection, ghosts and figures."""
+
+    none: Explanation
+    project: Projection
+    residual: np.ndarray
+    prints: Fingerprints
+
+
+def linear(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], kept: np.ndarray) -> Linear:
+    """Fit the model without effects, and project its residual and all fingerprints."""
+    none = explain(surfaces, measured, effects, kept=kept)
+    d = surfaces.dimensions
+    slopes = surfaces.jacobian(none.unit, np.zeros(len(effects)))[kept]
+    project = projection(none.covariance, slopes[:, :d])
+    names, signs = tuple(e.name for e in effects), tuple(e.sign for e in effects)
+    return Linear(none, project, project(none.residual), fingerprints(names, signs, slopes[:, d:], project))
+
+
+def judge(
+    surfaces: Surfaces,
+    measured: Measured,
+    effects: Sequence[Effect],
+    kept: np.ndarray,
+    rng: np.random.Generator,
+    rule: Rule | None = None,
+) -> Verdict:
+    """Detect a gap and identify what explains it, from observables `kept` (indices of the surfaces' observables)."""
+    rule = rule or Rule()
+    picture = linear(surfaces, measured, effects, kept)
+    detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
+    if picture.project.degrees < FEWEST_DEGREES:
+        return Verdict("cannot tell", (), detection)
+    if detection.p_effect >= rule.p_effect and detection.p_chi2 >= rule.p_chi2:
+        return Verdict("no gap", (), detection)
+    found = rivals(surfaces, measured, effects, kept)
+    ghost = ghost_probability(picture.residual, picture.prints, rng)
+    return identify_effect(surfaces, measured, effects, kept, rule, detection, found, ghost)
+
+
+def identify_effect(
+    surfaces: Surfaces,
+    measured: Measured,
+    effects: Sequence[Effect],
+    kept: np.ndarray,
+    rule: Rule,
+    detection: Detection,
+    found: Rivals,
+    ghost: float,
+) -> Verdict:
+    """The verdict on a detected gap."""
+    degrees = surfaces.degrees
+    posterior = found.posterior
+    adequate = [one for one in found.single if one.adequacy(degrees) >= rule.adequacy]
+    weights = dict(zip(["none", *(e.name for e in effects), "unknown"], map(float, posterior), strict=True))
+    fits = {one.effects[0]: one.adequacy(degrees) for one in found.single}
+
+    def verdict(kind: str, names: tuple[str, ...], best: Explanation | None = None) -> Verdict:
+        return Verdict(kind, names, detection, found, best, ghost, weights, fits)
+
+    if not adequate:
+        two = _pair(surfaces, measured, effects, kept, rule, found)
+        return verdict("two effects", two.effects, two) if two is not None else verdict("unknown", ())
+    best = max(adequate, key=lambda one: one.log_evidence)
+    if _nameable(best, found, weights, ghost, rule, len(kept) - surfaces.dimensions):
+        return verdict("named", best.effects, best)
+    names = _credible_set(weights, rule.coverage)
+    if len(names) == 1:  # probable, but not clear of chance or of a rival
+        names = (*names, "unknown")
+    if "unknown" in names and weights["unknown"] >= 0.5:
+        return verdict("unknown", ())
+    return verdict("ambiguous", names)
+
+
+def _nameable(best: Explanation, found: Rivals, weights: dict[str, float], ghost: float, rule: Rule, degrees: int) -> bool:
+    (name,) = best.effects
+    size, error = next((a, s) for a, s in zip(best.amplitude, best.amplitude_error, strict=True) if np.isfinite(s))
+    others = [one.chi2 for one in found.single if one.effects != best.effects]
+    return (
+        weights[name] >= rule.posterior
+        and all(chi2 >= best.chi2 + rule.lead for chi2 in others)
+        and abs(size) > rule.errors * error
+        and ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
+    )
+
+
+def _credible_set(weights: dict[str, float], coverage: float) -> tuple[str, ...]:
+    """The smallest set of explanations, none left out, that holds the posterior probability asked for."""
+    names, held = [], 0.0
+    for name in sorted(weights, key=weights.__getitem__, reverse=True):
+        names.append(name)
+        held += weights[name]
+        if held >= coverage:
+            break
+    return tuple(names)
+
+
+def _pair(
+    surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], kept: np.ndarray, rule: Rule, found: Rivals
+) -> Explanation | None:
+    """The pair of effects that explains what no single one does, or None."""
+    if len(kept) - surfaces.dimensions - 2 < 1 or len(effects) < 2:
+        return None
+    best, *others = pairs(surfaces, measured, effects, kept)
+    alone = [one.chi2 for one in found.single if one.effects[0] in best.effects]
+    clear = not others or others[0].chi2 > best.chi2 + rule.pair_lead
+    worthwhile = all(chi2 > best.chi2 + rule.pair_gain for chi2 in alone)
+    return best if clear and worthwhile and best.adequacy(surfaces.degrees) >= rule.adequacy else None

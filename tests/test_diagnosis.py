@@ -1,0 +1,143 @@
+"""`preflight` and `diagnose` from end to end, on the fake YADE, whose formulas know adhesion and drag."""
+
+import json
+import random
+
+import fake_yade as fake
+import pytest
+
+from calibrator.case import read_case
+from calibrator.cli import main
+from calibrator.diagnosis import diagnose
+from calibrator.errors import CalibratorError
+from calibrator.quantities import RESPONSES
+from calibrator.workflow import Workspace
+
+TRUTH = {"rolling_friction": 0.25, "sliding_friction": 0.5, "young_modulus": 3e6}
+HELD_OUT = ("ledge_curvature", "pile_apex_rounding")
+SMALL = (
+    "[run]",
+    """[conditions.wide_neck]
+setup = "hourglass"
+neck_diameter = 0.016
+[diagnosis]
+effects = ["bond_number", "bed_viscosity"]
+nuisances = "nuisances.csv"
+sets = 12
+replicates = 2
+effect_sets = 8
+verify_replicates = 3
+[run]""",
+)
+NUISANCES = """nuisance,observables,error,unit
+reading of angles,*_angle_deg,0.05,deg
+balance,*mass_flow_rate,0.1,%
+neck,effect:bed_viscosity,1e-6,Pa s
+"""
+
+
+def lab(conditions=False, **hidden):
+    """Five replicates of everything the fake YADE measures, with an effect hidden in them."""
+    rng, rows = random.Random(5), ["setup,condition,response,value,scatter,replicates,unit,role"]
+    for setup in ("hourglass", "ledge", "conical_pile"):
+        for name, value in fake.responses_of(setup, {**TRUTH, **hidden}).items():
+            seen = value * (1 + fake.NOISE * rng.gauss(0, 1) / 5**0.5)
+            first = name in ("bulk_density", "mass_flow_rate", "drained_equivalent_angle_deg") and setup == "hourglass"
+            role = "calibrate" if first else "held_out" if name in HELD_OUT else "diagnose"
+            rows.append(f"{setup},,{name},{seen!r},{abs(value) * fake.NOISE!r},5,{RESPONSES[name].unit},{role}")
+            if conditions and setup == "hourglass":
+                rows.append(f"{setup},wide_neck,{name},{seen!r},{abs(value) * fake.NOISE!r},5,{RESPONSES[name].unit},diagnose")
+    return "\n".join(rows) + "\n"
+
+
+@pytest.fixture
+def space(write_case, fake_yade, tmp_path):
+    def make(**hidden):
+        (tmp_path / "nuisances.csv").write_text(NUISANCES)
+        return Workspace(read_case(write_case(SMALL, lab=lab(**hidden))), tmp_path / "results" / "toy")
+
+    return make
+
+
+def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held_out(space, tmp_path, capsys):
+    here = space(bond_number=0.6)
+    found = diagnose(here)
+    assert (found["verdict"], found["effects"]) == ("named", ["bond_number"])
+    before, after = found["explanations"][:2]
+    size = after["amplitudes"]["bond_number"]
+    assert abs(size["value"] - 0.6) < 4 * size["error"]
+    assert before["gap_used"] > 2 * after["gap_used"] and before["gap_held_out"] > 2 * after["gap_held_out"]
+    for part in ("adhesion (bond_number = ", "held-out data", "a random effect would remove", "refuted if"):
+        assert part in found["sentence"]
+    calls = (here.path / "calls.txt").read_text().count("\n")
+    assert diagnose(here)["sentence"] == found["sentence"]
+    assert (here.path / "calls.txt").read_text().count("\n") == calls  # nothing is run twice
+    case = read_case(found["new_case"])
+    assert case.problem.names[-1] == "bond_number"
+    assert case.problem.low[-1] < 0.6 < case.problem.high[-1]
+    assert main(["check", found["new_case"], "--results", str(tmp_path / "again")]) == 0
+
+
+def test_where_nothing_is_hidden_no_gap_is_reported_with_what_would_have_been_seen(space):
+    found = diagnose(space())
+    assert found["verdict"] == "no gap"
+    assert "would have been seen" in found["sentence"] and "adhesion of" in found["sentence"]
+
+
+def test_five_numbers_against_three_parameters_cannot_tell_and_cost_no_run(write_case, fake_yade, tmp_path):
+    space = Workspace(read_case(write_case()), tmp_path / "results" / "toy")
+    found = diagnose(space)
+    assert found["verdict"] == "cannot tell" and "measure at least 5 more" in found["sentence"]
+    assert not (space.path / "calls.txt").exists()
+
+
+def test_runs_beyond_the_budget_are_made_only_when_the_user_agrees(write_case, fake_yade, tmp_path):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES)
+    dear = (SMALL[0], SMALL[1].replace("[diagnosis]", "[diagnosis]\nbudget_core_hours = 0.0"))
+    space = Workspace(read_case(write_case(dear, lab=lab())), tmp_path / "results" / "toy")
+    with pytest.raises(CalibratorError, match="call again with --yes"):
+        diagnose(space)
+    assert not (space.path / "calls.txt").exists()
+
+
+def test_preflight_says_in_physical_units_what_could_be_seen_and_which_experiment_would_help(space, tmp_path, capsys):
+    here = space()
+    assert main(["preflight", str(here.case.path), "--results", str(tmp_path / "results")]) == 0
+    said = capsys.readouterr().out
+    assert "bed_viscosity [Pa s], plausible 0.001" in said and "seen from" in said
+    assert "hourglass@wide_neck helps most" in said
+    found = json.loads((here.path / "summary.json").read_text())["preflight"]
+    assert found["self_test"]["none"]["no gap"] >= 10
+    right = found["self_test"]["bond_number"]
+    assert right["bond_number"] >= 6 and "bed_viscosity" not in right
+    power = {p["effect"]: p for p in found["effects"]}["bond_number"]
+    assert 0 < power["smallest_detectable"] <= power["smallest_nameable"] < 1 and 0 < power["absorbed"] < 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("balance,*mass_flow_rate,0.1,%", "balance,*mass_flow_rate,0.1,kg", "unit 'kg'; the error has to be in kg/s"),
+        ("balance,*mass_flow_rate,0.1,%", "balance,*mass_flow,0.1,%", "is the key of no row"),
+        ("balance,*mass_flow_rate,0.1,%", "balance,*mass_flow_rate,-0.1,%", "give a positive standard deviation"),
+        ("effect:bed_viscosity", "effect:bed_viscocity", "did you mean bed_viscosity"),
+    ],
+)
+def test_a_mistake_in_the_nuisance_table_is_named_with_its_remedy(write_case, tmp_path, old, new, why):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES.replace(old, new))
+    with pytest.raises(CalibratorError, match=why):
+        read_case(write_case(SMALL, lab=lab()))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("hourglass,,late", "hourglass,narrow,late", "did you mean|use one of"),
+        ("ledge,,bulk_density", "ledge,wide_neck,bulk_density", "the condition belongs to hourglass"),
+        ("hourglass,,bulk_density", "hourglass,wide_neck,bulk_density", "a calibration knows no conditions"),
+    ],
+)
+def test_a_mistake_with_conditions_is_named_with_its_remedy(write_case, tmp_path, old, new, why):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES)
+    with pytest.raises(CalibratorError, match=why):
+        read_case(write_case(SMALL, lab=lab().replace(old, new)))

@@ -1,0 +1,87 @@
+"""Verdicts on measurements of a made-up world in which the truth is known."""
+
+import numpy as np
+import pytest
+from toy_world import COUNT, EFFECTS, World
+
+from calibrator.identification import explain
+from calibrator.verdict import Rule, judge
+
+ALL = np.arange(COUNT)
+
+
+@pytest.fixture(scope="module")
+def world():
+    return World(3)
+
+
+@pytest.fixture(scope="module")
+def surfaces(world):
+    return world.surfaces(np.random.default_rng(4))
+
+
+def judged(world, surfaces, seed, kept=ALL, **hidden):
+    rng = np.random.default_rng(seed)
+    measured = world.measure(surfaces, rng, **hidden).only(kept)
+    return judge(surfaces, measured, EFFECTS, kept, rng)
+
+
+def test_where_nothing_is_hidden_the_verdict_is_no_gap(world, surfaces):
+    kinds = [judged(world, surfaces, seed).kind for seed in range(20)]
+    assert kinds.count("no gap") >= 18
+
+
+@pytest.mark.parametrize("hidden", range(len(EFFECTS)))
+def test_a_strong_effect_is_named_with_its_amplitude(world, surfaces, hidden):
+    sizes = np.zeros(len(EFFECTS))
+    sizes[hidden] = 1.5
+    verdicts = [judged(world, surfaces, seed, sizes=sizes) for seed in range(4)]
+    right = [v for v in verdicts if v.kind == "named"]
+    assert len(right) >= 3 and {v.effects for v in right} == {(EFFECTS[hidden].name,)}
+    for v in right:
+        assert abs(v.best.amplitude[hidden] - 1.5) < 4 * v.best.amplitude_error[hidden]
+
+
+def test_an_effect_outside_the_library_is_not_given_a_name_of_the_library(world, surfaces):
+    verdicts = [judged(world, surfaces, seed, outside=1.0) for seed in range(8)]
+    assert "named" not in {v.kind for v in verdicts} and "no gap" not in {v.kind for v in verdicts}
+
+
+def test_two_effects_at_once_are_told_from_one(world, surfaces):
+    verdicts = [judged(world, surfaces, seed, sizes=(1.5, 0, -1.5, 0)) for seed in range(6)]
+    two = [v for v in verdicts if v.kind == "two effects"]
+    assert len(two) >= 3 and {v.effects for v in two} == {("adhesion", "tilt")}
+    assert "named" not in {v.kind for v in verdicts}
+
+
+def test_with_few_observables_it_cannot_tell(world, surfaces):
+    verdict = judged(world, surfaces, 1, kept=np.arange(6), sizes=(1.5, 0, 0, 0))
+    assert verdict.kind == "cannot tell"
+
+
+def test_effects_that_look_the_same_are_left_ambiguous(world):
+    twins = World(3)
+    twins.effects[1] = 1.02 * twins.effects[0]
+    surfaces = twins.surfaces(np.random.default_rng(5))
+    verdicts = [judged(twins, surfaces, seed, sizes=(1.5, 0, 0, 0)) for seed in range(4)]
+    ambiguous = [v for v in verdicts if v.kind == "ambiguous"]
+    assert len(ambiguous) >= 3
+    assert all({"adhesion", "drag"} <= set(v.effects) for v in ambiguous)
+
+
+def test_a_stricter_rule_names_less(world, surfaces):
+    rng = np.random.default_rng(2)
+    measured = world.measure(surfaces, rng, sizes=(0.6, 0, 0, 0))
+    assert judge(surfaces, measured, EFFECTS, ALL, rng, Rule(lead=1e9)).kind != "named"
+
+
+def test_the_fit_of_the_true_model_has_the_chi2_of_its_degrees_of_freedom(world, surfaces):
+    fits = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        fits.append(explain(surfaces, world.measure(surfaces, rng, sizes=(1.0, 0, 0, 0)), EFFECTS, (0,)))
+    assert fits[0].degrees == COUNT - 3
+    # an estimated covariance makes chi2 a little larger, the error of the surfaces is one and the same in all fits
+    assert 0.6 < np.mean([f.chi2 for f in fits]) / fits[0].degrees < 1.6
+    p = [f.adequacy(surfaces.degrees) for f in fits]
+    assert np.mean(np.array(p) > 0.02) > 0.85
