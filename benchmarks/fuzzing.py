@@ -29,12 +29,13 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from calibrator import report, workflow
+from calibrator import plan_runs, workflow
 from calibrator.case import SECTIONS, Case, read_case
 from calibrator.cli import main
 from calibrator.database import Database
 from calibrator.errors import CalibratorError
 from calibrator.files import parse_json
+from calibrator.findings import arrays_of
 from calibrator.lab import read_lab
 from calibrator.plan import plan_requests
 from calibrator.quantities import PARAMETERS, RESPONSES, SCHEMA, SETUPS
@@ -499,7 +500,7 @@ def proposals(yard: Yard, data: bytes) -> None:
     """Requests from the log of an adaptive design are data or refused."""
     path = yard.space.path / "proposals.jsonl"
     path.write_bytes(data)
-    found = ask(lambda: workflow._proposed(yard.space))
+    found = ask(lambda: plan_runs.proposed(yard.space))
     path.unlink()
     if found:
         write_table(yard.path / "input.table", found)
@@ -538,7 +539,7 @@ def curves(yard: Yard, data: bytes) -> None:
     path = yard.space.path / "records" / "input.npz"
     path.write_bytes(data)
     findings = types.SimpleNamespace(space=types.SimpleNamespace(runs=types.SimpleNamespace(curves=lambda run_id: path)))
-    found = ask(lambda: report._curves(findings, types.SimpleNamespace(run_id="input")))  # type: ignore[arg-type]
+    found = ask(lambda: arrays_of(findings, types.SimpleNamespace(run_id="input")))  # type: ignore[arg-type]
     for name in {"filled", "final"} & set(found or ()):
         require(found[name].shape[1:] == (3,), "not a list of centres")
 

@@ -28,8 +28,7 @@ from calibrator.database import Database
 from calibrator.files import parse_json, read_text, write_text
 from calibrator.identification import Effect
 from calibrator.lab import WITH_CONDITION, Nuisance, Observable
-from calibrator.quantities import RESPONSES
-from calibrator.records import Record
+from calibrator.quantities import EFFECTS, RESPONSES
 from calibrator.runner import RunFolder, run
 from calibrator.table import Request
 
@@ -83,9 +82,9 @@ def laboratory_requests(
 
 
 def metrology(nuisances: Sequence[Nuisance], rng: np.random.Generator) -> dict[str, float]:
-    """One draw of every error of the metrology that is one of reading, in standard deviations.
+    """One draw of every error of the metrology, in standard deviations.
 
-    Those that are a small effect (a neck that is off, a tilt) are drawn as well, and added to the laboratory's runs.
+    Errors of reading are added to what is reported, small effects (a neck that is off, a tilt) to the laboratory's runs.
     """
     return {n.name: float(rng.standard_normal()) for n in nuisances}
 
@@ -109,15 +108,6 @@ def read_off(
     return reported
 
 
-def complete_values(found: Sequence[ex.Experiment], records: Sequence[Sequence[Record]]) -> list[np.ndarray]:
-    """Responses (runs, n) of the complete runs of every experiment."""
-    values = []
-    for e, own in zip(found, records, strict=True):
-        good = [r for r in own if r.status == "ok" and all(n in r.responses for n in e.responses)]
-        values.append(np.array([[r.responses[n] for n in e.responses] for r in good]).reshape(-1, len(e.responses)))
-    return values
-
-
 def lab_text(observables: Sequence[Observable], notes: Sequence[str]) -> str:
     """The lab file."""
     rows = [
@@ -136,7 +126,7 @@ def make(folder: Path, hide: str | None, seed: int) -> None:
     elif hide in effects:
         hidden = sized(effects[hide], float(rng.uniform(0.8, 1.5)), rng)
     else:
-        hidden = {} if hide == "none" else {hide: float(OUTSIDE[hide] is not None)}
+        hidden = {} if hide == "none" else {hide: 1.0}
     truth = truth_of(case, hidden, rng)
     truth["metrology"] = metrology(case.nuisances, rng)
     sealed = json.dumps({"truth": truth, "salt": secrets.token_hex(16)}, sort_keys=True)
@@ -149,7 +139,7 @@ def make(folder: Path, hide: str | None, seed: int) -> None:
     records = run(RunFolder((folder / "laboratory").resolve()), [r for own in asked for r in own], report=ProgressBar(sys.stderr))
     Database(records).write(folder / "laboratory.csv", f"python -m benchmarks.hidden make {folder.name} --seed {seed}")
     by_id = {r.run_id: r for r in records}
-    values = complete_values(found, [[by_id[r.run_id] for r in own] for own in asked])
+    values = [ex.values_of(e, [by_id[r.run_id] for r in own]) for e, own in zip(found, asked, strict=True)]
     fewest = min(map(len, values))
     if fewest < 2:
         sys.exit(f"{fewest} runs of an experiment ended well: such a laboratory has nothing to report; take another seed")
@@ -198,7 +188,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("what", choices=("make", "score"))
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--hide", help="a column of the library, none, or " + ", ".join(OUTSIDE))
+    parser.add_argument("--hide", choices=(*EFFECTS, "none", *OUTSIDE), help="what to hide; drawn unless given")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--results", type=Path, default=REPO / "results")
     options = parser.parse_args()

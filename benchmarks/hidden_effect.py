@@ -1,13 +1,14 @@
 """How often is the verdict right? Measurements in which an effect is hidden, from pools of real YADE runs.
 
-    python -m benchmarks.hidden_effect run       carry out the pools (resumable), about three core-hours
-    python -m benchmarks.hidden_effect           judge them: benchmarks/results/hidden_effect.json
+    calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv, grid/missing_effect.csv
+    python -m benchmarks.hidden_effect run                 carry out the pools (resumable), hours: grid/missing_effect_pools.csv
+    python -m benchmarks.hidden_effect                     judge them: benchmarks/results/hidden_effect.json
 
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong amplitude, an effect outside the
 library, or a pair. Its pool holds a few runs of every experiment; a trial draws five of each as the replicates of a
 laboratory, and errors of metrology anew. Pools are shared by the trials of a class, so intervals are bootstrapped by pool.
-Each class of a single effect is judged once more without that effect in the library. No threshold was set on these runs:
-those of `verdict.Rule` come from a made-up world (tests/toy_world.py).
+Each class of a single effect is judged once more without that effect in the library. The thresholds of
+`verdict.Rule` were fixed before any of these runs was made.
 """
 
 import json
@@ -25,7 +26,7 @@ from benchmarks.common import write
 from benchmarks.hidden import (
     OUTSIDE,
     REPLICATES,
-    complete_values,
+    SHIPPED,
     laboratory_requests,
     metrology,
     read_off,
@@ -70,11 +71,12 @@ class Class:
 
 @dataclass(frozen=True)
 class Trial:
-    """What was hidden, what was said, and by how much the gap closed."""
+    """What was hidden (size: amplitude of a single effect), what was said, and by how much the gap closed."""
 
     label: str
     strength: str
     hidden: tuple[str, ...]
+    size: float
     withheld: bool
     verdict: Verdict
     naive: str
@@ -166,6 +168,7 @@ def trial(case: Case, one: Class, pool: list[np.ndarray], judged: Judged, withhe
         one.label,
         one.strength,
         hidden,
+        true_size(case, one),
         withheld,
         verdict,
         best.effects[0] if chi2.sf(found.none.chi2, found.none.degrees) < 0.05 else "none",
@@ -228,9 +231,20 @@ def wilson(count: int, total: int) -> tuple[float, float]:
     return centre - half, centre + half
 
 
-def said(trial: Trial) -> str:
-    """The printed verdict, with the name where there is one."""
-    return trial.verdict.effects[0] if trial.verdict.kind == "named" else trial.verdict.kind
+def true_size(case: Case, one: Class) -> float:
+    """Amplitude of the hidden effect in plausible scales; nan where it is not exactly one of the library."""
+    sizes = [(value, e) for name, value in one.truth["hidden"].items() for e in ex.library(case) if e.name == name]
+    return (sizes[0][0] - ex.column_value(sizes[0][1], 0.0)) / sizes[0][1].scale if len(sizes) == 1 else float("nan")
+
+
+def prints_names(t: Trial) -> bool:
+    """Whether a name was given, or two."""
+    return t.verdict.kind in ("named", "two effects")
+
+
+def is_right(t: Trial) -> bool:
+    """Whether the names that were printed are what was hidden."""
+    return prints_names(t) and sorted(t.verdict.effects) == sorted(t.hidden)
 
 
 def by_pool(trials: Sequence[Trial], value: Callable[[Sequence[Trial]], float]) -> tuple[float, float]:
@@ -250,25 +264,26 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
     single = [t for t in whole if t.strength in AMPLITUDES and t.label != CONTROL]
     strong = [t for t in single if t.strength == "strong"]
     outside = [t for t in trials if t.strength == "outside" or t.withheld]
-    named = [t for t in single if t.verdict.kind == "named"]
+    named = [t for t in single if prints_names(t)]
     detected = [t for t in single if t.verdict.kind not in ("no gap", "cannot tell")]
     alarms = sum(t.verdict.kind != "no gap" for t in nothing)
-    right = sum(t.verdict.effects == t.hidden for t in named)
-    correct = [t for t in named if t.verdict.effects == t.hidden]
+    correct = [t for t in named if is_right(t)]
     return {
         "false_alarm_rate": alarms / max(len(nothing), 1),
         "false_alarm_upper95": wilson(alarms, len(nothing))[1],
-        "name_precision_in_library": right / max(len(named), 1),
-        "name_precision_interval": wilson(right, len(named)),
-        "strong_named_rate": share(strong, lambda t: said(t) == t.label, lambda t: True),
-        "strong_named_interval_by_pool": by_pool(strong, lambda own: float(np.mean([said(t) == t.label for t in own]))),
-        "outside_wrongly_named_rate": sum(t.verdict.kind == "named" for t in outside) / max(len(outside), 1),
+        "name_precision_in_library": len(correct) / max(len(named), 1),
+        "name_precision_interval": wilson(len(correct), len(named)),
+        "strong_named_rate": share(strong, is_right, lambda t: True),
+        "strong_named_interval_by_pool": by_pool(strong, lambda own: float(np.mean([is_right(t) for t in own]))),
+        "pairs_named_rate": share([t for t in whole if t.strength == "pair"], is_right, lambda t: True),
+        "outside_wrongly_named_rate": share(outside, prints_names, lambda t: True),
         "set_coverage": sum(covered(t) for t in detected) / max(len(detected), 1),
         "heldout_gap_closed_median": median(correct, "held_out_closed"),
         "heldout_gap_closed_ci95": by_pool(correct, lambda own: median(own, "held_out_closed")),
         "heldout_gap_closed_ghost_median": median(correct, "held_out_ghost"),
         "heldout_gap_closed_runner_up_median": median(correct, "held_out_runner_up"),
         "used_gap_closed_median": median(correct, "used_closed"),
+        "used_gap_closed_ci95": by_pool(correct, lambda own: median(own, "used_closed")),
         "naive_best_chi2_precision": share(single, lambda t: t.naive == t.label, lambda t: t.naive != "none"),
         "naive_best_chi2_false_alarm_rate": share(nothing, lambda t: t.naive != "none", lambda t: True),
         "bic_precision": share(single, lambda t: t.bic == t.label, lambda t: t.bic != "none"),
@@ -300,17 +315,17 @@ def matrix(trials: Sequence[Trial]) -> dict[str, dict[str, int]]:
     table: dict[str, Counter[str]] = {}
     for t in trials:
         row = f"{t.label}, {t.strength}" + (", withheld" if t.withheld else "")
-        table.setdefault(row, Counter())[said(t)] += 1
+        table.setdefault(row, Counter())[t.verdict.said] += 1
     return {row: dict(counts) for row, counts in table.items()}
 
 
-def amplitudes(case: Case, trials: Sequence[Trial]) -> list[dict[str, Any]]:
+def amplitudes(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     """True and recovered amplitudes of the effects named rightly, in plausible scales."""
-    rows = []
-    for t in trials:
-        if t.amplitude is not None and t.verdict.effects == t.hidden:
-            rows.append({"effect": t.label, "strength": t.strength, "found": t.amplitude[0], "error": t.amplitude[1]})
-    return rows
+    return [
+        {"effect": t.label, "strength": t.strength, "true": t.size, "found": t.amplitude[0], "error": t.amplitude[1]}
+        for t in trials
+        if t.amplitude is not None and is_right(t)
+    ]
 
 
 def main() -> None:
@@ -322,11 +337,14 @@ def main() -> None:
         run(FOLDER, asked, report=ProgressBar(sys.stderr))
     there = Database.read(POOLS).find(asked) if POOLS.exists() else []
     pools = Database({r.run_id: r for r in [*there, *gather(FOLDER, asked)]}.values())
+    if not len(pools) or (not sys.argv[1:] and not SHIPPED.exists()):
+        sys.exit("no runs to judge: see the commands at the top of this file")
     pools.write(POOLS, "python -m benchmarks.hidden_effect run")
     if sys.argv[1:] == ["run"]:
         return
-    trials = judged_trials(case, everything, pools, Database.read(REPO / "grid" / "missing_effect.csv"))
-    results = {**rates(trials), "confusion": matrix(trials), "amplitudes": amplitudes(case, trials), "pool": POOL}
+    trials = judged_trials(case, everything, pools, Database.read(SHIPPED))
+    results = {**rates(trials), "confusion": matrix(trials), "amplitudes": amplitudes(trials), "pool": POOL}
+    # a median over no trial is none, and JSON has no NaN
     write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
 
 
@@ -335,7 +353,7 @@ def judged_trials(case: Case, everything: Sequence[Class], pools: Database, data
     whole, trials = library(case, database), []
     found = ex.experiments(case, case.observables)
     for index, one in enumerate(everything):
-        pool = complete_values(found, [pools.find(own) for own in one.requests])
+        pool = [ex.values_of(e, pools.find(own)) for e, own in zip(found, one.requests, strict=True)]
         if min(map(len, pool)) < REPLICATES:
             print(
                 f"{one.label}, {one.strength}: only {min(map(len, pool))} complete runs of an experiment, left out",
@@ -347,7 +365,7 @@ def judged_trials(case: Case, everything: Sequence[Class], pools: Database, data
         if one.strength in ("middling", "strong") and one.label != CONTROL:
             without = library(case, database, one.label)
             trials += [trial(case, one, pool, without, True, rng) for _ in range(TRIALS // 4)]
-        print(one.label, one.strength, dict(Counter(said(t) for t in trials if t.label == one.label)), file=sys.stderr)
+        print(one.label, one.strength, dict(Counter(t.verdict.said for t in trials if t.label == one.label)), file=sys.stderr)
     return trials
 
 

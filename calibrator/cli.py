@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _do(options: argparse.Namespace) -> int:
-    from calibrator.workflow import Workspace  # heavy imports only after the arguments are known to be good
+    from calibrator.workspace import Workspace  # heavy imports only after the arguments are known to be good
 
     case = read_case(options.case, options.site)
     if options.verify_afresh:
@@ -123,9 +123,9 @@ def _workflow(name: str, with_progress: bool = False) -> Callable[[], Callable[[
 
 def _diagnosis(name: str) -> Callable[[], Callable[[Any, bool], Outcome]]:
     def load() -> Callable[[Any, bool], Outcome]:
-        from calibrator import diagnosis
+        from calibrator import diagnosis, preflight
 
-        verb = getattr(diagnosis, name)
+        verb = {"preflight": preflight.preflight, "diagnose": diagnosis.diagnose}[name]
         return lambda space, yes: _alone(verb, space, yes)
 
     return load

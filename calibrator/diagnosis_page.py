@@ -8,25 +8,27 @@ from typing import Any
 import numpy as np
 
 from calibrator import plot_diagnosis as plot
-from calibrator.diagnosis import called
 from calibrator.files import write_text
 from calibrator.page import Album, key_words, note, number, page, paragraph, section, table, text, with_error
-from calibrator.quantities import EFFECTS
+from calibrator.quantities import EFFECTS, effect_of
 from calibrator.verdict import Rule
-from calibrator.workflow import Workspace
+from calibrator.workspace import Workspace
 
 
 def write_diagnosis(space: Workspace, outcome: dict[str, Any]) -> str:
     """Write diagnosis.html and its figures into the folder of the results; returns the path of the page."""
     path = space.folder() / "diagnosis.html"
-    album = Album(space.folder("diagnosis_figures"))
+    folder = space.folder("diagnosis_figures")
+    for old in folder.glob("*.png"):
+        old.unlink()
+    album = Album(folder)
     head = f"<h1>What is missing from the model of {text(space.case.name)}?</h1>{paragraph(text(outcome['sentence']), 'answer')}"
     parts = [head] if outcome["verdict"] == "cannot tell" else [head, _where(outcome, album), _what(outcome, album)]
     if "explanations" in outcome and len(outcome["explanations"]) > 1:
         parts.append(_proof(outcome, album))
     if "powers" in outcome:
         parts.append(_power(outcome, album))
-    write_text(path, page(space.case.name, parts))
+    write_text(path, page(f"What is missing from {space.case.name}?", parts))
     return str(path)
 
 
@@ -60,7 +62,7 @@ def _where(o: dict[str, Any], album: Album) -> str:
 
 def _what(o: dict[str, Any], album: Album) -> str:
     prints = o["fingerprints"]
-    names = [called(n) for n in prints["effects"]]
+    names = [effect_of(n).called for n in prints["effects"]]
     shifts = np.array(prints["shifts"])
     largest = float(np.percentile(np.abs(shifts), 95)) or 1.0
     rows = [r for r in o["observables"] if r["used"]]
@@ -100,7 +102,7 @@ def _what(o: dict[str, Any], album: Album) -> str:
 
 def _proof(o: dict[str, Any], album: Album) -> str:
     tried = o["explanations"]
-    labels = [" and ".join(map(called, e["effects"])) or "model as it is" for e in tried]
+    labels = [" and ".join(effect_of(n).called for n in e["effects"]) or "model as it is" for e in tried]
     held = [e["gap_held_out"] for e in tried]
     figure = album.figure(
         "gap",
@@ -115,7 +117,7 @@ def _proof(o: dict[str, Any], album: Album) -> str:
     rows = [
         [
             text(label),
-            ", ".join(f"{n} = {with_error(a['value'], a['error'])}" for n, a in e["amplitudes"].items()) or "–",
+            ", ".join(f"{n} = {with_error(a['value'], a['error'] or 0.0)}" for n, a in e["amplitudes"].items()) or "–",
             number(e["chi2"], 3),
             number(e["adequacy"], 2),
             number(e["gap_used"], 3),
@@ -151,4 +153,4 @@ def _label(key: str) -> str:
 
 
 def _words(name: str) -> str:
-    return called(name) if name in EFFECTS else {"none": "nothing missing", "unknown": "something else"}[name]
+    return effect_of(name).called if name in EFFECTS else {"none": "nothing missing", "unknown": "something else"}[name]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from calibrator.discrepancy import repeated
 from calibrator.errors import CalibratorError
 from calibrator.identification import LARGEST, Effect, Measured
 from calibrator.lab import Nuisance, Observable
+from calibrator.plan import make_request
 from calibrator.problem import Value
 from calibrator.quantities import EFFECTS, SETUPS, parameters_of
 from calibrator.records import Record
@@ -27,7 +29,7 @@ PRIOR_DEGREES = 4  # weight of the simulation's scatter beside that of a few rep
 
 @dataclass(frozen=True)
 class Experiment:
-    """A set-up under a condition, and the responses that are compared there; values differ from the set-up's own."""
+    """A set-up under a condition, whose values differ from the set-up's own, and the responses that are compared there."""
 
     name: str
     setup: str
@@ -54,8 +56,7 @@ def experiments(case: Case, observables: Sequence[Observable]) -> list[Experimen
         responses = tuple(o.response for o in observables if o.experiment == name)
         if responses:
             setup, _, condition = name.partition("@")
-            values = {**case.problem.setups.get(setup, {}), **(case.conditions[condition].values if condition else {})}
-            found.append(Experiment(name, setup, values, responses))
+            found.append(Experiment(name, setup, case.conditions[condition].values if condition else {}, responses))
     return found
 
 
@@ -67,10 +68,7 @@ def in_order(observables: Sequence[Observable], found: Sequence[Experiment]) -> 
 
 def request(case: Case, experiment: Experiment, point: np.ndarray, seed: int, effects: dict[str, float] | None = None) -> Request:
     """One run of an experiment at parameters (d,), with effects by column; those the set-up does not know are left out."""
-    own = parameters_of(experiment.setup)
-    calibrated = dict(zip(case.problem.names, (float(x) for x in point), strict=True))
-    common = {n: v for n, v in {**case.problem.fixed, **calibrated, **(effects or {})}.items() if n in own}
-    return Request.of(experiment.setup, **{**common, **experiment.values, "seed": seed})
+    return make_request(case, experiment.setup, point, seed, {**(effects or {}), **experiment.values})
 
 
 def plain_requests(case: Case, found: Sequence[Experiment], points: np.ndarray) -> list[list[Request]]:
@@ -125,15 +123,9 @@ def _first_seed(case: Case, index: int) -> int:
 
 def units(case: Case, requests: Iterable[Request]) -> np.ndarray:
     """Parameters (n, d) of the runs as shares of their ranges, on each parameter's scale."""
-    rows = []
-    for one in requests:
-        row = []
-        for p in case.problem.parameters:
-            value = float(one.value(p.name))
-            logs = p.scale == "log"
-            row.append(np.log(value / p.low) / np.log(p.high / p.low) if logs else (value - p.low) / (p.high - p.low))
-        rows.append(row)
-    return np.array(rows, float).reshape(-1, len(case.problem.parameters))
+    rows = [[float(one.value(name)) for name in case.problem.names] for one in requests]
+    values = np.array(rows, float).reshape(-1, len(case.problem.names))
+    return np.column_stack([p.shares_of(column) for p, column in zip(case.problem.parameters, values.T, strict=True)])
 
 
 def point(case: Case, unit: np.ndarray) -> np.ndarray:
@@ -155,12 +147,12 @@ def surfaces(
     changes: Sequence[Sequence[Record]],
 ) -> Surfaces:
     """Response surfaces from finished runs, a list per experiment; runs that lack a response are left out."""
-    good = [_complete(e, records) for e, records in zip(found, plain, strict=True)]
-    good_changes = [_complete(e, records) for e, records in zip(found, changes, strict=True)]
+    good = [complete(e, records) for e, records in zip(found, plain, strict=True)]
+    good_changes = [complete(e, records) for e, records in zip(found, changes, strict=True)]
     return fit_surfaces(
-        [(units(case, _requests(r)), _values(e, r)) for e, r in zip(found, good, strict=True)],
+        [(units(case, _requests(r)), values_of(e, r)) for e, r in zip(found, good, strict=True)],
         [
-            (units(case, _requests(r)), amplitudes(effects, _requests(r)), _values(e, r))
+            (units(case, _requests(r)), amplitudes(effects, _requests(r)), values_of(e, r))
             for e, r in zip(found, good_changes, strict=True)
         ],
         [e.name for e in found],
@@ -173,22 +165,36 @@ def _requests(records: Sequence[Record]) -> list[Request]:
     return [r.request for r in records]
 
 
-def _complete(experiment: Experiment, records: Sequence[Record]) -> list[Record]:
+def complete(experiment: Experiment, records: Sequence[Record]) -> list[Record]:
+    """The good runs that have every response of the experiment."""
     return [r for r in records if r.status == "ok" and all(name in r.responses for name in experiment.responses)]
 
 
-def _values(experiment: Experiment, records: Sequence[Record]) -> np.ndarray:
-    rows = [[r.responses[name] for name in experiment.responses] for r in records]
+def values_of(experiment: Experiment, records: Sequence[Record]) -> np.ndarray:
+    """Responses (runs, n) of the experiment's complete runs."""
+    rows = [[r.responses[name] for name in experiment.responses] for r in complete(experiment, records)]
     return np.array(rows, float).reshape(-1, len(experiment.responses))
+
+
+def left_out(experiment: Experiment, records: Sequence[Record]) -> list[str]:
+    """A sentence on the runs that could not be used, if there are any, by what became of them."""
+    good = {r.run_id for r in complete(experiment, records)}
+    bad = [r for r in records if r.run_id not in good]
+    kinds = Counter("without every response" if r.status == "ok" else r.status for r in bad)
+    listed = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    return [f"{len(bad)} of {len(records)} runs of {experiment.name} are left out: {listed}"] if bad else []
 
 
 def means(found: Sequence[Experiment], records: Sequence[Sequence[Record]]) -> tuple[np.ndarray, np.ndarray]:
     """Mean of the complete runs, and their number, of every observable (n,). Raises CalibratorError where there is no run."""
     values, counts = [], []
     for e, own in zip(found, records, strict=True):
-        rows = _values(e, _complete(e, own))
+        rows = values_of(e, own)
         if not len(rows):
-            raise CalibratorError(f"no run of {e.name} ended well here: see `calibrator diagnose` for the reasons")
+            raise CalibratorError(
+                f"no fresh run of {e.name} can be used ({'; '.join(left_out(e, own))}): diagnosis_confirmed.csv in the results "
+                "folder lists them; change the experiment so that it does not clog, or narrow the parameters"
+            )
         values.append(rows.mean(axis=0))
         counts.append(np.full(len(e.responses), len(rows)))
     return np.concatenate(values), np.concatenate(counts)

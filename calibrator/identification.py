@@ -7,13 +7,15 @@ evidence (Laplace's approximation; MacKay, Information Theory, Inference, and Le
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg, optimize, stats
 
 from calibrator.surface import Surfaces
+
+Function = Callable[[np.ndarray], np.ndarray]
 
 LARGEST = 2.5  # amplitude, in plausible scales: the surfaces are made from up to 1.5 and extrapolate beyond
 UNKNOWN_SPREADS = (1.0, 2.0, 4.0)  # of the explanation that nobody has thought of, in seed scatters of one run
@@ -53,8 +55,8 @@ class Explanation:
     """One fitted model.
 
     effects : names of the added effects, () for the model as it is; unit (d,) parameters in their ranges; amplitude (k,) in
-    plausible scales, zero where not added, with standard errors (nan where not added); chi2 with its degrees of freedom;
-    residual (n,) and covariance (n, n) at the fit; log_evidence.
+    plausible scales, zero where not added, with standard errors (nan where not added, inf where it shows nowhere); chi2 with
+    its degrees of freedom; residual (n,) and covariance (n, n) at the fit; log_evidence.
     """
 
     effects: tuple[str, ...]
@@ -120,7 +122,8 @@ def explain(
     unit, amplitude = split(best)
     error = np.full(len(effects), np.nan)
     curvature = white_jacobian.T @ white_jacobian
-    error[list(added)] = np.sqrt(np.diag(np.linalg.pinv(curvature)))[d:]
+    variance = np.diag(np.linalg.pinv(curvature))[d:]
+    error[list(added)] = np.sqrt(np.where(variance > 0, variance, np.inf))  # what shows nowhere is not known at all
     evidence = _log_evidence(chi2, root, curvature, d, [(effects[k], amplitude[k], error[k]) for k in added])
     return Explanation(
         tuple(effects[k].name for k in added),
@@ -142,7 +145,9 @@ def _starts(d: int, added: tuple[int, ...], low: np.ndarray, high: np.ndarray) -
     return [s for s in starts if (s >= low).all() and (s <= high).all()]
 
 
-def _least_squares(left, slope, root, starts, low, high):  # type: ignore[no-untyped-def]
+def _least_squares(
+    left: Function, slope: Function, root: np.ndarray, starts: Sequence[np.ndarray], low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
     """Best of bounded least-squares fits (Branch, Coleman & Li, SIAM J. Sci. Comput. 21 (1999) 1-23) from several starts."""
 
     def white(x: np.ndarray) -> np.ndarray:
@@ -153,7 +158,7 @@ def _least_squares(left, slope, root, starts, low, high):  # type: ignore[no-unt
 
     inside = [np.clip(s, low + 1e-6, high - 1e-6) for s in starts]
     fits = [optimize.least_squares(white, s, white_slope, (low, high), x_scale=1.0, xtol=1e-8, ftol=1e-8) for s in inside]
-    return min(fits, key=lambda fit: fit.cost).x
+    return np.asarray(min(fits, key=lambda fit: fit.cost).x)
 
 
 def _log_evidence(

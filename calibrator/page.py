@@ -10,6 +10,7 @@ from pathlib import Path
 
 from calibrator import plot
 from calibrator.errors import CalibratorError
+from calibrator.problem import Target
 from calibrator.quantities import RESPONSES, Quantity
 
 DOTS, CSS_PIXELS = 160, 104  # per inch of a figure: in the PNG and on the page
@@ -109,6 +110,18 @@ def listed(words: Sequence[str]) -> str:
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1] if words else ""
 
 
+def in_unit(quantity: Quantity) -> str:
+    return f" [{text(unit(quantity))}]" if unit(quantity) else ""
+
+
+def heading(target: Target) -> str:
+    return text(key_words(target.key)) + in_unit(response(target.key))
+
+
+def short(candidate: str) -> str:
+    return text(candidate.removeprefix("individual "))
+
+
 # Pieces of HTML; arguments named `body` or `cells` are HTML already, all others are escaped here
 
 
@@ -149,7 +162,7 @@ def page(title: str, sections: Sequence[str]) -> str:
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Calibration of {text(title)}</title>\n<style>{CSS}</style></head>\n<body><main>\n"
+        f"<title>{text(title)}</title>\n<style>{CSS}</style></head>\n<body><main>\n"
         + "\n".join(part for part in sections if part)
         + "\n</main></body></html>\n"
     )

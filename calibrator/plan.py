@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from calibrator.case import Case, Replicates
 from calibrator.cost import core_seconds
 from calibrator.design import full_grid, sobol
+from calibrator.problem import Value
 from calibrator.quantities import parameters_of
 from calibrator.records import Record
 from calibrator.table import Request
@@ -48,13 +49,16 @@ def replicate_requests(case: Case, setup: str, point: np.ndarray, fresh: Replica
     return [make_request(case, setup, point, fresh.seed + SEED_STRIDE * index + j) for j in range(fresh.replicates)]
 
 
-def make_request(case: Case, setup: str, point: np.ndarray, seed: int) -> Request:
-    """One run of a set-up at a parameter set (d,)."""
+def make_request(case: Case, setup: str, point: np.ndarray, seed: int, changed: Mapping[str, Value] | None = None) -> Request:
+    """One run of a set-up at a parameter set (d,).
+
+    changed : values that win over the case's own, such as a condition's or an effect's. What the set-up does not know is left
+    out.
+    """
     own = parameters_of(setup)
     calibrated = dict(zip(case.problem.names, (float(x) for x in point), strict=True))
-    values = {**case.problem.fixed, **calibrated}
-    common = {n: v for n, v in values.items() if n in own}
-    return Request.of(setup, **{**common, **case.problem.setups.get(setup, {}), "seed": seed})
+    values = {**case.problem.fixed, **calibrated, **case.problem.setups.get(setup, {}), **(changed or {})}
+    return Request.of(setup, **{**{n: v for n, v in values.items() if n in own}, "seed": seed})
 
 
 def belongs(case: Case, request: Request) -> bool:

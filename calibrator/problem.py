@@ -91,6 +91,12 @@ class Parameter:
             return np.clip(self.low * (self.high / self.low) ** shares, self.low, self.high)
         return self.low + shares * (self.high - self.low)
 
+    def shares_of(self, values: np.ndarray) -> np.ndarray:
+        """The inverse of `values_at`."""
+        if self.scale == "log":
+            return np.asarray(np.log(values / self.low) / np.log(self.high / self.low))
+        return (values - self.low) / (self.high - self.low)
+
 
 @dataclass(frozen=True)
 class Target:

@@ -74,6 +74,15 @@ def _read(section: str) -> dict[str, Quantity]:
 
 PARAMETERS: dict[str, Quantity] = _read("parameters")
 RESPONSES: dict[str, Quantity] = _read("responses")
+
+
+def effect_of(name: str) -> Effect:
+    """What the vocabulary says of the effect that a column switches on."""
+    effect = PARAMETERS[name].effect
+    assert effect is not None
+    return effect
+
+
 EFFECTS: dict[str, Quantity] = {name: q for name, q in PARAMETERS.items() if q.effect}
 
 

@@ -20,8 +20,6 @@ from calibrator.discrepancy import (
 from calibrator.identification import Effect, Explanation, Measured, Rivals, explain, pairs, rivals
 from calibrator.surface import Surfaces
 
-KINDS = ("no gap", "named", "ambiguous", "two effects", "unknown", "cannot tell")
-
 
 @dataclass(frozen=True)
 class Rule:
@@ -47,15 +45,30 @@ class Rule:
 
 
 @dataclass(frozen=True, eq=False)
+class Linear:
+    """The linear picture at the best fit of the model as it is: for detection, ghosts and figures.
+
+    slopes (n, d + k) : derivatives of the observables by parameters, per range, and by amplitudes, per plausible size.
+    """
+
+    none: Explanation
+    slopes: np.ndarray
+    project: Projection
+    residual: np.ndarray
+    prints: Fingerprints
+
+
+@dataclass(frozen=True, eq=False)
 class Verdict:
     """What is printed, and what it rests on.
 
-    kind : one of KINDS; effects : the name, the pair, or the set that cannot be told apart; best : the fit of the named
-    effect or pair, None otherwise.
+    kind : "no gap", "named", "ambiguous", "two effects", "unknown" or "cannot tell"; effects : the name, the pair, or the set
+    that cannot be told apart; best : the fit of the named effect or pair, None otherwise.
     """
 
     kind: str
     effects: tuple[str, ...]
+    picture: Linear
     detection: Detection
     rivals: Rivals | None = None
     best: Explanation | None = None
@@ -63,15 +76,10 @@ class Verdict:
     posterior: dict[str, float] = field(default_factory=dict)
     adequacy: dict[str, float] = field(default_factory=dict)
 
-
-@dataclass(frozen=True, eq=False)
-class Linear:
-    """The linear picture at the best fit of the model as it is: for detection, ghosts and figures."""
-
-    none: Explanation
-    project: Projection
-    residual: np.ndarray
-    prints: Fingerprints
+    @property
+    def said(self) -> str:
+        """The name where there is one, else the kind."""
+        return self.effects[0] if self.kind == "named" else self.kind
 
 
 def linear(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], kept: np.ndarray) -> Linear:
@@ -81,7 +89,7 @@ def linear(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], ke
     slopes = surfaces.jacobian(none.unit, np.zeros(len(effects)))[kept]
     project = projection(none.covariance, slopes[:, :d])
     names, signs = tuple(e.name for e in effects), tuple(e.sign for e in effects)
-    return Linear(none, project, project(none.residual), fingerprints(names, signs, slopes[:, d:], project))
+    return Linear(none, slopes, project, project(none.residual), fingerprints(names, signs, slopes[:, d:], project))
 
 
 def judge(
@@ -97,33 +105,18 @@ def judge(
     picture = linear(surfaces, measured, effects, kept)
     detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
     if picture.project.degrees < FEWEST_DEGREES:
-        return Verdict("cannot tell", (), detection)
+        return Verdict("cannot tell", (), picture, detection)
     if detection.p_effect >= rule.p_effect and detection.p_chi2 >= rule.p_chi2:
-        return Verdict("no gap", (), detection)
+        return Verdict("no gap", (), picture, detection)
     found = rivals(surfaces, measured, effects, kept)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
-    return identify_effect(surfaces, measured, effects, kept, rule, detection, found, ghost)
-
-
-def identify_effect(
-    surfaces: Surfaces,
-    measured: Measured,
-    effects: Sequence[Effect],
-    kept: np.ndarray,
-    rule: Rule,
-    detection: Detection,
-    found: Rivals,
-    ghost: float,
-) -> Verdict:
-    """The verdict on a detected gap."""
-    degrees = surfaces.degrees
-    posterior = found.posterior
+    degrees, posterior = surfaces.degrees, found.posterior
     adequate = [one for one in found.single if one.adequacy(degrees) >= rule.adequacy]
     weights = dict(zip(["none", *(e.name for e in effects), "unknown"], map(float, posterior), strict=True))
     fits = {one.effects[0]: one.adequacy(degrees) for one in found.single}
 
     def verdict(kind: str, names: tuple[str, ...], best: Explanation | None = None) -> Verdict:
-        return Verdict(kind, names, detection, found, best, ghost, weights, fits)
+        return Verdict(kind, names, picture, detection, found, best, ghost, weights, fits)
 
     if not adequate:
         two = _pair(surfaces, measured, effects, kept, rule, found)
@@ -141,7 +134,7 @@ def identify_effect(
 
 def _nameable(best: Explanation, found: Rivals, weights: dict[str, float], ghost: float, rule: Rule, degrees: int) -> bool:
     (name,) = best.effects
-    size, error = next((a, s) for a, s in zip(best.amplitude, best.amplitude_error, strict=True) if np.isfinite(s))
+    size, error = next((a, s) for a, s in zip(best.amplitude, best.amplitude_error, strict=True) if not np.isnan(s))
     others = [one.chi2 for one in found.single if one.effects != best.effects]
     return (
         weights[name] >= rule.posterior

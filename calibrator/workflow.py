@@ -3,123 +3,38 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from calibrator import cluster
-from calibrator.adaptive import Proposal, propose
-from calibrator.adaptive import Settings as AdaptiveSettings
-from calibrator.case import Case, Diagnosis, Replicates
+from calibrator.case import Case
 from calibrator.coordinates import fit_responses
 from calibrator.cost import core_seconds, particles, steps
 from calibrator.database import Database, response_table
 from calibrator.errors import CalibratorError
-from calibrator.files import own_folder, parse_json, read_text, write_text
+from calibrator.files import write_text
 from calibrator.identifiability import identify
 from calibrator.interpolation import Interpolant
 from calibrator.nsga2 import SearchResult, Settings, generational_distance, search
 from calibrator.objectives import OBJECTIVES, evaluation, rayleigh_time, time_step_warning
-from calibrator.plan import PROPOSED_SEED, belongs, design_points, make_request, plan_requests, replicate_requests, substitutes
+from calibrator.plan import design_points, make_request, plan_requests, replicate_requests
+from calibrator.plan_runs import collect as collect
+from calibrator.plan_runs import confirmed_set, database_records
+from calibrator.plan_runs import run_plan as run_plan
 from calibrator.problem import Problem, known
-from calibrator.quantities import SCHEMA, SETUPS
+from calibrator.quantities import SETUPS
 from calibrator.records import Record
-from calibrator.runner import Progress, RunFolder, gather, run, yade_batch_command
+from calibrator.runner import yade_batch_command
 from calibrator.selection import Reachability, compromise, spread, unreachable
 from calibrator.sensitivity import sensitivity
 from calibrator.table import Request, write_table
 from calibrator.verification import Check, check, error_o1
-
-Report = Callable[[Progress], None]
+from calibrator.workspace import Report, Workspace, carry_out, counts, for_new_seeds, made_by, silent, work_left
 
 ACCEPTED = 1000  # parameter sets of the accepted region that the summary keeps, for the picture of the ridge
 PARTS = 8  # of the database: each is left out once, for the intervals of the sensitivities
-
-
-def silent(progress: Progress) -> None:
-    """Report nothing."""
-
-
-@dataclass(frozen=True)
-class Workspace:
-    """A case and the folder of its results. `fresh` ignores the shipped database, so that every run is done anew."""
-
-    case: Case
-    path: Path
-    fresh: bool = False
-    engine: str = "local"
-
-    @property
-    def runs(self) -> RunFolder:
-        """The folder of the runs."""
-        return RunFolder(self.path)
-
-    def shipped(self) -> Database:
-        """The database that may serve as a start; empty where none is named, or where fresh runs were asked for."""
-        path = self.case.shipped
-        return Database() if path is None or self.fresh else Database.read(path)
-
-    def finished(self, requests: Sequence[Request]) -> list[Record]:
-        """Finished runs of these requests: done here, or of the same content in the shipped database."""
-        here = {r.run_id: r for r in gather(self.runs, requests)}
-        there = self.shipped().records
-        return [here.get(r.run_id) or there[r.run_id] for r in requests if r.run_id in here or r.run_id in there]
-
-    def summary(self) -> dict[str, Any]:
-        """What the verbs have written so far, by verb. It bears a seal, so that whatever reads it can trust its shape."""
-        try:
-            summary = parse_json(read_text(self.path / "summary.json", links=False))
-            if not isinstance(summary, dict) or summary.pop("seal", None) != _seal(summary):
-                raise ValueError("it was edited, or written by another version")
-            return summary
-        except FileNotFoundError:
-            return {"case": self.case.name, "schema": SCHEMA}
-        except (OSError, ValueError, RecursionError) as error:
-            raise CalibratorError(f"{self.path}/summary.json is damaged ({error}): delete it and run the verbs again") from None
-
-    def note(self, verb: str, outcome: dict[str, Any]) -> dict[str, Any]:
-        """Write the outcome of a verb into summary.json, atomically; returns it."""
-        summary = {**self.summary(), verb: outcome}
-        sealed = {**summary, "seal": _seal(summary)}
-        write_text(self.folder() / "summary.json", json.dumps(sealed, indent=1, allow_nan=False) + "\n")
-        return outcome
-
-    def folder(self, *names: str) -> Path:
-        """A folder of the results, made where it is missing. Raises CalibratorError where it is a link to somewhere else."""
-        folder = own_folder(self.path)
-        for name in names:
-            folder = own_folder(folder / name)
-        return folder
-
-    def outcome(self, verb: str) -> dict[str, Any]:
-        """The outcome of an earlier verb. Raises CalibratorError naming the command to run first."""
-        summary = self.summary()
-        if verb not in summary:
-            raise CalibratorError(f"{verb} has not been done yet: run `calibrator {verb} {self.case.path}` first")
-        if verb == "calibrate" and not _fits(self.case, summary[verb]):
-            raise CalibratorError(f"the case has changed since calibrate: run `calibrator calibrate {self.case.path}` again")
-        return summary[verb]
-
-
-def _seal(summary: dict[str, Any]) -> str:
-    """Hash over a summary, the same before it is written and after it is read."""
-    return hashlib.sha256(json.dumps(summary, sort_keys=True, allow_nan=False).encode()).hexdigest()[:16]
-
-
-def _fits(case: Case, calibration: dict[str, Any]) -> bool:
-    """Whether a calibration is one of these parameters, within their bounds, and of these targets."""
-    keys = {t.key for t in case.problem.targets}
-    for found in calibration["candidates"].values():
-        if found["parameters"].keys() != set(case.problem.names) or found["predicted"].keys() != keys:
-            return False
-        if not all(p.low <= found["parameters"][p.name] <= p.high for p in case.problem.parameters):
-            return False
-    return True
 
 
 def check_case(space: Workspace) -> dict[str, Any]:
@@ -160,7 +75,7 @@ def plan(space: Workspace) -> dict[str, Any]:
     """Write the native yade-batch tables of the whole plan, and forecast particles, steps and core-hours."""
     requests = plan_requests(space.case)
     done = space.finished(requests)
-    missing = _without(requests, done)
+    _, hours_left = work_left(space, requests)
     per_setup = {}
     for setup in space.case.problem.calibration_setups:
         own = [r for r in requests if r.setup == setup]
@@ -179,177 +94,10 @@ def plan(space: Workspace) -> dict[str, Any]:
             "runs": len(requests),
             "finished": len(done),
             "core_hours": sum(s["core_hours"] for s in per_setup.values()),
-            "core_hours_left": float(core_seconds(missing, done).sum() / 3600) if missing else 0.0,
+            "core_hours_left": hours_left,
             "setups": per_setup,
         },
     )
-
-
-def _without(requests: Sequence[Request], records: Sequence[Record]) -> list[Request]:
-    finished = {r.run_id for r in records}
-    return [r for r in requests if r.run_id not in finished]
-
-
-def run_plan(space: Workspace, report: Report = silent) -> dict[str, Any]:
-    """Carry out the plan, with one substitute for each clogged run. Resumes; never repeats a finished run."""
-    if space.case.plan.design == "adaptive":
-        return _run_adaptively(space, report)
-    requests = plan_requests(space.case)
-    _within_budget(space, requests)
-    records = carry_out(space, requests, report)
-    records = records + carry_out(space, substitutes(records), report)
-    return space.note("run", {"runs": len(records), "from_shipped_database": _shipped_runs(space), **_counts(records)})
-
-
-def _run_adaptively(space: Workspace, report: Report) -> dict[str, Any]:
-    """Start with the plan's first sets, unless the database has as many, then run what `adaptive.propose` asks for."""
-    case, settings = space.case, _adaptive_settings(space.case)
-    first = plan_requests(case)
-    if len(_parameter_sets(case, database_records(space))[0]) < len(first):
-        carry_out(space, first, report)
-    carry_out(space, _proposed(space), report)  # what an interruption left undone
-    while True:
-        records = database_records(space)
-        proposal = propose(
-            case.problem, *_parameter_sets(case, records), settings, case.interpolation.similarity, _failed_sets(case, records)
-        )
-        if proposal.stops:
-            break
-        seed = case.plan.seed + PROPOSED_SEED + len(records)
-        setups = case.problem.calibration_setups
-        requests = [make_request(case, s, point, seed + i) for i, point in enumerate(proposal.points) for s in setups]
-        _note_proposal(space, proposal, requests)
-        carry_out(space, requests, report)
-    recommended = dict(zip(case.problem.names, map(float, proposal.recommended), strict=True))
-    outcome = {"ended": proposal.kind, "sentence": proposal.sentence, "recommended": recommended}
-    return space.note("run", {"runs": len(records), "from_shipped_database": _shipped_runs(space), **outcome, **_counts(records)})
-
-
-def _shipped_runs(space: Workspace) -> int:
-    """How many of the plan's runs the shipped database has."""
-    shipped = space.shipped()
-    if space.case.plan.design == "adaptive":
-        return sum(belongs(space.case, r.request) for r in shipped.records.values())
-    return len(shipped.find(plan_requests(space.case)))
-
-
-def _adaptive_settings(case: Case) -> AdaptiveSettings:
-    return AdaptiveSettings(replicates=case.plan.replicates, budget=case.plan.most_runs)
-
-
-def _parameter_sets(case: Case, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, d) and responses of the targets (n, t), a row per set and seed with all its set-ups, in order of the seeds."""
-    rows: dict[tuple[int, tuple[float, ...]], np.ndarray] = {}
-    for record in records:
-        point, values = response_table(case.problem, [record], [t.key for t in case.problem.targets])
-        if len(point):
-            row = rows.setdefault((int(record.request.parameters["seed"]), tuple(point[0])), np.full(values.shape[1], np.nan))
-            row[~np.isnan(values[0])] = values[0][~np.isnan(values[0])]
-    ordered = sorted(rows)
-    return np.array([point for _, point in ordered]).reshape(-1, len(case.problem.names)), np.array([rows[k] for k in ordered])
-
-
-def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
-    """Sets (f, d) with a run that has nothing to say; clogged ones count, as a neck that clogs once will do so again."""
-    sets = [[r.request.value(n) for n in case.problem.names] for r in records if r.status != "ok"]
-    return np.array(sets, float).reshape(-1, len(case.problem.names))
-
-
-def _proposed(space: Workspace) -> list[Request]:
-    """Every request that the adaptive design has made so far, from its log."""
-    return [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
-
-
-def _proposal_lines(space: Workspace) -> list[str]:
-    try:
-        return read_text(space.path / "proposals.jsonl", links=False).split("\n")[:-1]
-    except FileNotFoundError:
-        return []
-    except OSError as error:
-        raise CalibratorError(f"cannot read {space.path}/proposals.jsonl ({error}): delete it, finished runs are kept") from None
-
-
-def _requests_in(space: Workspace, line: str) -> list[Request]:
-    """The requests of one proposal; CalibratorError where it is none."""
-    try:
-        made = parse_json(line)["requests"]
-        if not all(isinstance(r, dict) and r.keys() == {"setup", "parameters"} for r in made):
-            raise ValueError("a request is not a set-up with parameters")
-        return [Request.of(r["setup"], **r["parameters"]) for r in made]
-    except (CalibratorError, ValueError, KeyError, TypeError) as error:
-        raise CalibratorError(f"{space.path}/proposals.jsonl is damaged ({error}): delete it, finished runs are kept") from None
-
-
-def _note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Request]) -> None:
-    """Log a proposal before its runs start: a resumed design goes on from it, and the log says why each run was made."""
-    made = [{"setup": r.setup, "parameters": r.parameters} for r in requests]
-    line = {"kind": proposal.kind, "chance": proposal.chance, "sentence": proposal.sentence, "requests": made}
-    lines = [*_proposal_lines(space), json.dumps(line)]
-    write_text(space.folder() / "proposals.jsonl", "".join(f"{one}\n" for one in lines))
-
-
-def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
-    done = space.finished(requests)
-    missing = _without(requests, done)
-    hours = float(core_seconds(missing, done).sum() / 3600) if missing else 0.0
-    if hours > space.case.run.budget_core_hours:
-        raise CalibratorError(
-            f"{len(missing)} runs would take {hours:.1f} core-hours, more than run.budget_core_hours = "
-            f"{space.case.run.budget_core_hours:g}: raise that budget or make the plan smaller"
-        )
-
-
-def carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> list[Record]:
-    """Run what neither this folder nor the shipped database has; returns all finished records of the requests."""
-    there = space.shipped().records
-    missing = [r for r in requests if r.run_id not in there]
-    if missing and space.engine == "slurm":
-        cluster.run(space.runs, missing, space.case.cluster, space.case.run.attempts, report)
-    elif missing:
-        run(space.runs, missing, space.case.run.jobs, space.case.run.attempts, report)
-    return space.finished(requests)
-
-
-def _counts(records: Sequence[Record]) -> dict[str, Any]:
-    kinds = sorted({r.status for r in records})
-    counts = {kind: sum(r.status == kind for r in records) for kind in kinds}
-    failed = {r.run_id: f"{r.status}: {r.error}" for r in records if r.status not in ("ok", "clogged")}
-    return {
-        "statuses": counts,
-        "failed": failed,
-        "yade": sorted({r.provenance["yade"] for r in records if "yade" in r.provenance}),
-    }
-
-
-def database_records(space: Workspace) -> list[Record]:
-    """The finished runs of the plan and their substitutes; with an adaptive design all that belong to the case."""
-    records = space.finished(plan_requests(space.case))
-    if space.case.plan.design == "adaptive":
-        shipped = [r for r in space.shipped().records.values() if belongs(space.case, r.request)]
-        both = [*records, *space.finished(_proposed(space)), *shipped]
-        return list({r.run_id: r for r in reversed(both)}.values())
-    return records + space.finished(substitutes(records))
-
-
-def collect(space: Workspace) -> dict[str, Any]:
-    """Gather the finished runs of the plan into database.csv, and their timings into timings.csv."""
-    records = database_records(space)
-    if not records:
-        raise CalibratorError(f"no finished run in {space.path}: run `calibrator run {space.case.path}` first")
-    Database(records).write(space.folder() / "database.csv", made_by(space, "run"))
-    _write_timings(space.folder() / "timings.csv", records)
-    missing = len(_without(plan_requests(space.case), records))
-    return space.note("collect", {"runs": len(records), "missing": missing, **_counts(records)})
-
-
-def _write_timings(path: Path, records: Sequence[Record]) -> None:
-    """Timings live apart from the database: they differ from one execution to the next, the database does not."""
-    columns = ("filling_cpu", "release_cpu")
-    lines = [",".join(["run_id", "setup", *columns, "wall_time", "host"])]
-    for r in sorted((r for r in records if r.diagnostics.get("filling_cpu")), key=lambda r: r.run_id):
-        times = [f"{r.diagnostics.get(c, 0.0):.2f}" for c in columns] + [f"{r.provenance.get('wall_time', 0.0):.2f}"]
-        lines.append(",".join([r.run_id, r.request.setup, *times, str(r.provenance.get("host", "")).replace(",", " ")]))
-    write_text(path, "\n".join(lines) + "\n")
 
 
 def fit(case: Case, records: Sequence[Record]) -> Interpolant:
@@ -391,7 +139,7 @@ def calibrate(space: Workspace) -> dict[str, Any]:
     individuals = spread(front.objectives).tolist() if len(front.names) > 1 else []
     points = {f"individual {chr(ord('A') + i)}": front.points[index] for i, index in enumerate(individuals)}
     points["compromise"] = front.points[chosen]
-    confirmed = _confirmed_set(space)
+    confirmed = confirmed_set(space)
     if confirmed is not None:
         points["compromise"], reason = confirmed, "confirmed by the last runs of the adaptive design"
     loo, _ = interpolant.leave_one_out()
@@ -408,7 +156,7 @@ def calibrate(space: Workspace) -> dict[str, Any]:
             "reachability": _reached(unreachable(problem, interpolant)),
             "identifiability": _identified(problem, interpolant, case.truth),
             "sensitivity": _sensitivity(case, records, interpolant),
-            **_counts(records),
+            **counts(records),
         },
     )
 
@@ -428,16 +176,6 @@ def _candidates(case: Case, interpolant: Interpolant, points: dict[str, np.ndarr
         }
         for i, label in enumerate(points)
     }
-
-
-def _confirmed_set(space: Workspace) -> np.ndarray | None:
-    """The set (d,) that an adaptive design has confirmed; None for any other design, and where it ended without one."""
-    outcome = space.summary().get("run", {})
-    if space.case.plan.design != "adaptive" or outcome.get("ended") != "confirmed":
-        return None
-    if outcome["recommended"].keys() != set(space.case.problem.names):
-        raise CalibratorError(f"the case has changed since run: run `calibrator run {space.case.path}` again")
-    return np.array([outcome["recommended"][n] for n in space.case.problem.names])
 
 
 def _rms(residual: np.ndarray, keys: Sequence[str]) -> dict[str, float]:
@@ -503,16 +241,6 @@ def candidate_points(space: Workspace) -> dict[str, np.ndarray]:
     found = space.outcome("calibrate")["candidates"]
     ordered = ["compromise", *(k for k in found if k != "compromise")]
     return {k: np.array([found[k]["parameters"][n] for n in space.case.problem.names]) for k in ordered}
-
-
-def for_new_seeds(space: Workspace, settings: Replicates | Diagnosis) -> Workspace:
-    """The workspace of a verification, validation or diagnosis: it starts from nothing but the runs shipped for that."""
-    running = dataclasses.replace(space.case.run, shipped=settings.shipped)
-    return dataclasses.replace(space, case=dataclasses.replace(space.case, run=running))
-
-
-def made_by(space: Workspace, verb: str) -> str:
-    return f"case {space.case.name}; calibrator {verb} {space.case.path.name}"
 
 
 def verification_requests(space: Workspace) -> dict[str, list[Request]]:
@@ -600,7 +328,7 @@ def _verdict(space: Workspace, checks: Sequence[Check], records: Sequence[Record
         "passed": bool(rows) and all(c.passed for c in checks),
         "o1": error_o1(checks),
         "from_shipped_database": len(space.shipped().find([r.request for r in records])),
-        **_counts(records),
+        **counts(records),
     }
 
 

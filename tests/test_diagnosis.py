@@ -91,6 +91,13 @@ def test_five_numbers_against_three_parameters_cannot_tell_and_cost_no_run(write
     assert not (space.path / "calls.txt").exists()
 
 
+def test_runs_that_could_not_be_used_are_told_with_what_became_of_them(space):
+    here = space()
+    here.path.mkdir(parents=True)
+    (here.path / "misbehave.json").write_text(json.dumps({"700000": "clog", "700001": "clog"}))
+    assert "2 of 52 runs of hourglass are left out: 2 clogged" in diagnose(here)["notes"]
+
+
 def test_runs_beyond_the_budget_are_made_only_when_the_user_agrees(write_case, fake_yade, tmp_path):
     (tmp_path / "nuisances.csv").write_text(NUISANCES)
     dear = (SMALL[0], SMALL[1].replace("[diagnosis]", "[diagnosis]\nbudget_core_hours = 0.0"))
@@ -111,6 +118,11 @@ def test_preflight_says_in_physical_units_what_could_be_seen_and_which_experimen
     right = found["self_test"]["bond_number"]
     assert right["bond_number"] >= 6 and "bed_viscosity" not in right
     power = {p["effect"]: p for p in found["effects"]}["bond_number"]
+    rows = [line.split(",") for line in lab().splitlines()]
+    others = [rows[0], *([*row[:3], str(3 * float(row[3])), *row[4:]] for row in rows[1:])]
+    (here.case.path.parent / "lab.csv").write_text("".join(",".join(row) + "\n" for row in others))  # the values play no part
+    assert main(["preflight", str(here.case.path), "--results", str(tmp_path / "results")]) == 0
+    assert json.loads((here.path / "summary.json").read_text())["preflight"] == found
     assert 0 < power["smallest_detectable"] <= power["smallest_nameable"] < 1 and 0 < power["absorbed"] < 1
 
 

@@ -12,7 +12,7 @@ import pytest
 from conftest import LAB
 from fake_yade import contract
 
-from calibrator import report, workflow
+from calibrator import findings, plan_runs, workflow
 from calibrator.case import read_case
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
@@ -228,9 +228,9 @@ def test_a_pickle_in_the_arrays_of_a_run_is_refused_with_one_line_and_never_load
     spell = np.array([Spell(mark)], dtype=object)
     for data in (bytes_of(np.savez, filled=spell), bytes_of(np.save, spell), pickle.dumps(Spell(mark))):
         path.write_bytes(data)
-        findings = type("F", (), {"space": type("S", (), {"runs": type("R", (), {"curves": lambda self, run_id: path})()})()})()
+        about = type("F", (), {"space": type("S", (), {"runs": type("R", (), {"curves": lambda self, run_id: path})()})()})()
         with pytest.raises(CalibratorError, match="is damaged .*: delete it and its record") as caught:
-            report._curves(findings, type("Run", (), {"run_id": "r"})())
+            findings.arrays_of(about, type("Run", (), {"run_id": "r"})())
         assert str(caught.value).isprintable() and not mark.exists()
 
 
@@ -273,7 +273,7 @@ def test_damaged_arrays_are_a_value_error(tmp_path, what):
 )
 def test_arrays_of_a_wrong_shape_never_reach_a_figure(arrays):
     with pytest.raises(ValueError):
-        report._checked_curves(arrays)
+        findings._checked_curves(arrays)
 
 
 # State
@@ -347,9 +347,9 @@ def test_a_log_of_proposals_is_whole_after_every_write(write_case, tmp_path, mon
     space = workflow.Workspace(read_case(write_case()), tmp_path / "toy")
     proposal = Proposal("explore", np.zeros((1, 3)), np.zeros(3), 0.1, "a run")
     for seed in (1, 2):
-        workflow._note_proposal(space, proposal, [Request.of("ledge", seed=seed)])
-    assert [r.parameters["seed"] for r in workflow._proposed(space)] == [1, 2]
+        plan_runs.note_proposal(space, proposal, [Request.of("ledge", seed=seed)])
+    assert [r.parameters["seed"] for r in plan_runs.proposed(space)] == [1, 2]
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError):
-        workflow._note_proposal(space, proposal, [Request.of("ledge", seed=3)])
-    assert [r.parameters["seed"] for r in workflow._proposed(space)] == [1, 2]
+        plan_runs.note_proposal(space, proposal, [Request.of("ledge", seed=3)])
+    assert [r.parameters["seed"] for r in plan_runs.proposed(space)] == [1, 2]

@@ -15,7 +15,7 @@ import pytest
 from conftest import LAB
 
 from benchmarks.fuzzing import only_data, safe_table
-from calibrator import workflow
+from calibrator import plan_runs, workflow
 from calibrator.case import read_case
 from calibrator.cli import main
 from calibrator.database import Database
@@ -201,7 +201,7 @@ def test_code_in_the_log_of_proposals_is_refused(write_case, tmp_path, spells):
         ):
             (space.path / "proposals.jsonl").write_text(json.dumps({"requests": [made]}) + "\n")
             with pytest.raises(CalibratorError, match="proposals.jsonl is damaged"):
-                workflow._proposed(space)
+                plan_runs.proposed(space)
 
 
 def test_candidates_that_somebody_put_into_the_summary_are_refused(write_case, tmp_path, spells):

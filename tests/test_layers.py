@@ -17,11 +17,15 @@ LAYERS = [
     ["cost", "nsga2", "selection", "identifiability", "sensitivity"],
     ["plan", "runner", "adaptive"],
     ["cluster", "verdict", "experiments"],
-    ["workflow"],
+    ["workspace"],
+    ["plan_runs", "diagnosis_runs"],
+    ["workflow", "sentences", "preflight"],
     ["diagnosis"],
     ["plot"],
     ["page", "scenes", "plot_diagnosis"],
-    ["report", "diagnosis_page"],
+    ["findings", "diagnosis_page"],
+    ["report_calibration", "report_runs"],
+    ["report"],
     ["cli"],
 ]
 FENCED = {

@@ -75,6 +75,18 @@ def test_a_stricter_rule_names_less(world, surfaces):
     assert judge(surfaces, measured, EFFECTS, ALL, rng, Rule(lead=1e9)).kind != "named"
 
 
+def test_an_effect_that_shows_nowhere_neither_wins_nor_breaks_the_verdict(world):
+    blind = World(3)
+    blind.effects[1] = 0
+    surfaces = blind.surfaces(np.random.default_rng(4))
+    for one in (*surfaces.plain, *surfaces.changes):  # not even noise: no run of any experiment knows the effect
+        one.coefficients[10:14] = 0
+    verdict = judged(blind, surfaces, 1, sizes=(1.5, 0, 0, 0))
+    assert verdict.effects == ("adhesion",)
+    assert np.isfinite(list(verdict.posterior.values())).all()
+    assert verdict.rivals.single[1].amplitude_error[1] == np.inf
+
+
 def test_the_fit_of_the_true_model_has_the_chi2_of_its_degrees_of_freedom(world, surfaces):
     fits = []
     for seed in range(40):
