@@ -29,14 +29,15 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from calibrator import plan_runs, workflow
+from calibrator import experiments, plan_runs, workflow
 from calibrator.case import SECTIONS, Case, read_case
 from calibrator.cli import main
 from calibrator.database import Database
+from calibrator.design import sobol
 from calibrator.errors import CalibratorError
 from calibrator.files import parse_json
 from calibrator.findings import arrays_of
-from calibrator.lab import read_lab
+from calibrator.lab import read_lab, read_nuisances
 from calibrator.plan import plan_requests
 from calibrator.quantities import PARAMETERS, RESPONSES, SCHEMA, SETUPS
 from calibrator.records import InvalidRecord, Record, read_record
@@ -89,6 +90,14 @@ repeats = 1
 [verify]
 replicates = 2
 shipped = "runs.csv"
+[conditions.wide]
+setup = "hourglass"
+neck_diameter = 16e-3
+[diagnosis]
+effects = ["bond_number", "neck_error"]
+sets = 6
+effect_sets = 5
+nuisances = "nuisances.csv"
 [run]
 jobs = 1
 budget_core_hours = 2.5
@@ -100,6 +109,20 @@ setup,response,value,scatter,replicates,unit,role
 hourglass,bulk_density,1605.6,5,8,kg/m3,calibrate
 hourglass,drained_equivalent_angle_deg,46.8,0.2,8,deg,calibrate
 ledge,ledge_equivalent_angle_deg,37.44,,,deg,held_out
+"""
+
+WITH_CONDITIONS = """setup,condition,response,value,scatter,replicates,unit,role
+hourglass,,bulk_density,1605.6,5,8,kg/m3,calibrate
+hourglass,,mass_flow_rate,0.0246,1e-3,8,kg/s,diagnose
+hourglass,wide,mass_flow_rate,0.0301,,3,kg/s,held_out
+ledge,,ledge_equivalent_angle_deg,37.44,0.5,5,deg,diagnose
+"""
+
+NUISANCES = """# errors that observables share
+nuisance,observables,error,unit
+reading of angles,*_angle*_deg,0.5,deg
+filled volume,*.bulk_density,0.5,%
+neck,effect:neck_error,0.05e-3,m
 """
 
 TRUTH = "[parameters]\nrolling_friction = 0.25\n"
@@ -117,6 +140,7 @@ class Yard:
         for folder in (self.cases, self.grid, self.marks):
             folder.mkdir(parents=True)
         (self.cases / "lab.csv").write_text(LAB)
+        (self.cases / "nuisances.csv").write_text(NUISANCES)
         (self.cases / "truth.toml").write_text(TRUTH)
         (self.cases / "toy.toml").write_text(CASE)
         self.case = read_case(self.cases / "toy.toml")
@@ -386,18 +410,34 @@ def as_written(case: Case, tables: dict[str, Any]) -> bool:
     bounds = {p.name: (p.low, p.high) for p in case.problem.parameters}
     wanted = {n: (spec["low"], spec["high"]) for n, spec in tables["parameters"].items()}
     fixed, setups = tables.get("fixed", {}), tables.get("setups", {})
+    conditions = {n: {"setup": c.setup, **c.values} for n, c in case.conditions.items()}
     texts = case.name == tables["name"] and case.about == tables.get("about", "")
-    return texts and bounds == wanted and case.problem.fixed == fixed and case.problem.setups == setups
+    same = case.problem.fixed == fixed and case.problem.setups == setups and conditions == tables.get("conditions", {})
+    return texts and bounds == wanted and same
 
 
 def _plan(yard: Yard, case: Case) -> None:
-    requests = ask(lambda: plan_requests(case))
+    _written(yard, ask(lambda: plan_requests(case)))
+    if case.diagnosis.sets * case.diagnosis.replicates + len(case.diagnosis.effects) * case.diagnosis.effect_sets <= SMALL_PLAN:
+        _written(yard, ask(lambda: _diagnosed(case)))
+
+
+def _diagnosed(case: Case) -> list[Request]:
+    """Every run behind a diagnosis, under each of the case's conditions."""
+    variants = [dataclasses.replace(o, role="diagnose", condition=c) for o in case.observables for c in case.conditions]
+    own = [o for o in variants if case.conditions[o.condition].setup == o.setup]
+    found, points = experiments.experiments(case, [*case.observables, *own]), sobol(case.problem, case.diagnosis.sets)
+    plain = experiments.plain_requests(case, found, points)
+    return [r for one in (*plain, *experiments.change_requests(case, found, experiments.library(case), points)) for r in one]
+
+
+def _written(yard: Yard, requests: list[Request] | None) -> None:
     if requests:
         write_table(yard.path / "input.table", requests)
         safe_table(yard.path / "input.table")
 
 
-@kind(0.15, lambda yard: damaged_bytes([LAB.encode()], _texts(yard)))
+@kind(0.15, lambda yard: damaged_bytes([LAB.encode(), WITH_CONDITIONS.encode()], _texts(yard)))
 def lab_file(yard: Yard, data: bytes) -> None:
     """Every row of an accepted lab file is a target; none is lost, and none made up."""
     path = yard.cases / "input.csv"
@@ -407,7 +447,22 @@ def lab_file(yard: Yard, data: bytes) -> None:
         lines = [x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")]
         require(len(rows) == len(lines) - 1, "a row was lost")
         for row, line in zip(rows, lines[1:], strict=True):
-            require(row.role in line and row.setup in line and row.response in line, f"{row.key} is not in {line!r}")
+            require(all(x in line for x in (row.role, row.setup, row.response, row.condition)), f"{row.key} is not in {line!r}")
+
+
+@kind(0.06, lambda yard: damaged_bytes([NUISANCES.encode()], [*_texts(yard), "effect:tilt_deg", "effect:", "*" * 99, "[!", "%"]))
+def nuisance_table(yard: Yard, data: bytes) -> None:
+    """Every row of an accepted table is an error of something that was measured, or of an effect; none is lost."""
+    path = yard.cases / "input.csv"
+    path.write_bytes(data)
+    rows = read_lab(yard.cases / "lab.csv")
+    found = ask(lambda: read_nuisances(path, rows))
+    if found is not None:
+        lines = [x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")]
+        require(len(found) == len(lines) - 1, "a row was lost")
+        for one in found:
+            touched = bool(one.effect) or any(one.touches(o) for o in rows)
+            require(touched and np.isfinite(one.error) and one.error > 0, f"{one} does nothing")
 
 
 def good_record(request: Request) -> dict[str, Any]:
@@ -564,11 +619,25 @@ def request(yard: Yard, given: tuple[str, dict[str, Any]]) -> None:
 
 def _arguments(yard: Yard) -> st.SearchStrategy[Any]:
     words = [w for w in [*_texts(yard), *TOML_VALUES] if len(w) < 1000]
-    verbs = ["check", "plan", "plan", "run", "collect", "verify", "validate", "report", "calibrat", *words]
+    verbs = [
+        "check",
+        "plan",
+        "plan",
+        "run",
+        "collect",
+        "verify",
+        "validate",
+        "report",
+        "preflight",
+        "diagnose",
+        "calibrat",
+        *words,
+    ]
     names = ("input.toml", "input.toml", "toy.toml", "pipe", "loop", "zero", "folder", "lab.csv")
     cases = [*(str(yard.cases / n) for n in names), *words]
     results = [str(yard.path / n) for n in ("out", "out", "secret.csv", "a b;c'd\"e", "new\nline", "caf\udce9")]
-    options = st.sampled_from(["--fresh", "--verify-afresh", "--help", "--version", "--results", "-x", "--", *words])
+    known = ["--fresh", "--verify-afresh", "--help", "--version", "--results", "-x", "--", "--yes", "--lab", "--engine", "--site"]
+    options = st.sampled_from([*known, *words])
     arguments = st.tuples(
         st.sampled_from(verbs), st.sampled_from(cases), st.sampled_from([*results, *(w for w in words if not _leads_away(w))])
     )
@@ -597,7 +666,7 @@ def called(arguments: list[str], folder: Path) -> tuple[int, str]:
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="strict")
     err = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="backslashreplace")
     folder.mkdir(exist_ok=True)
-    before, path, command = os.getcwd(), os.environ["PATH"], workflow.yade_batch_command
+    before, path, command = os.getcwd(), os.environ["PATH"], workflow.yade_batch_command  # which `check` asks for
     handler = signal.getsignal(signal.SIGTERM)
     os.environ["PATH"], workflow.yade_batch_command = "/nowhere", lambda: ["true"]  # type: ignore[assignment]
     os.chdir(folder)

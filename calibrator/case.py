@@ -188,7 +188,10 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Case:
-    """Everything one calibration needs. `path` is the TOML file, `truth` the known answer of a synthetic lab (or empty)."""
+    """Everything one calibration needs.
+
+    path : the TOML file; measured : the lab file; truth : the known answer of a synthetic lab (or empty).
+    """
 
     name: str
     path: Path
@@ -202,6 +205,7 @@ class Case:
     cluster: Cluster = field(default_factory=Cluster)
     truth: dict[str, float] = field(default_factory=dict)
     about: str = ""
+    measured: Path = Path()
     observables: tuple[Observable, ...] = ()
     conditions: dict[str, Condition] = field(default_factory=dict)
     diagnosis: Diagnosis = field(default_factory=Diagnosis)
@@ -255,8 +259,8 @@ SECTIONS = {
 }
 
 
-def read_case(path: str | Path, site: Path | None = None) -> Case:
-    """Read and check a case file, and the [cluster] table of a site file.
+def read_case(path: str | Path, site: Path | None = None, lab: Path | None = None) -> Case:
+    """Read and check a case file, and the [cluster] table of a site file. lab : lab file to read instead of the case's own.
 
     Raises CalibratorError with the offending key and what to write instead.
     """
@@ -277,7 +281,8 @@ def read_case(path: str | Path, site: Path | None = None) -> Case:
     settings = {key: _build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
     about = _typed("about", "str", tables.get("about", ""))
-    observables, conditions = _observables(tables, path), _conditions(tables)
+    measured = lab or _measured(tables, path)
+    observables, conditions = read_lab(measured), _conditions(tables)
     for one in observables:
         if one.condition and conditions[known(one.condition, conditions, "condition")].setup != one.setup:
             raise CalibratorError(f"{one.key}: the condition belongs to {conditions[one.condition].setup}; correct the lab file")
@@ -288,6 +293,7 @@ def read_case(path: str | Path, site: Path | None = None) -> Case:
         _problem(tables, observables),
         about=about,
         truth=truth,
+        measured=measured,
         observables=tuple(observables),
         conditions=conditions,
         nuisances=nuisances,
@@ -358,10 +364,10 @@ def _typed(where: str, annotation: str, value: Any) -> Any:
     raise CalibratorError(f"{where} = {shown(value)}: give a value of type {annotation}")
 
 
-def _observables(tables: dict[str, Any], path: Path) -> list[Observable]:
+def _measured(tables: dict[str, Any], path: Path) -> Path:
     if not isinstance(tables.get("measured"), str):
         raise CalibratorError('measured is missing: add measured = "lab.csv", the file with the measured responses')
-    return read_lab(named_file(path, tables["measured"], "measured"))
+    return named_file(path, tables["measured"], "measured")
 
 
 def _conditions(tables: dict[str, Any]) -> dict[str, Condition]:

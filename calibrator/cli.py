@@ -72,6 +72,8 @@ def _parser() -> argparse.ArgumentParser:
         own.add_argument("--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)")
         own.add_argument("--fresh", action="store_true", help="ignore the shipped database: run everything here")
         own.add_argument("--verify-afresh", action="store_true", help="ignore shipped runs of verification and validation only")
+        if verb in ("check", *DIAGNOSIS):
+            own.add_argument("--lab", type=_path, metavar="FILE", help="lab file to take instead of the case's own")
         if verb in DIAGNOSIS:
             own.add_argument("--yes", action="store_true", help="spend more core-hours than diagnosis.budget_core_hours")
     return parser
@@ -80,7 +82,7 @@ def _parser() -> argparse.ArgumentParser:
 def _do(options: argparse.Namespace) -> int:
     from calibrator.workspace import Workspace  # heavy imports only after the arguments are known to be good
 
-    case = read_case(options.case, options.site)
+    case = read_case(options.case, options.site, getattr(options, "lab", None))
     if options.verify_afresh:
         case = case.without_shipped_verification()
     space = Workspace(case, options.results / (case.name + ("_fresh" if options.fresh else "")), options.fresh, options.engine)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import shutil
@@ -192,9 +193,13 @@ def _write_new_case(space: Workspace, scene: Scene, verdict: Verdict) -> Path:
     folder = space.folder("with_effect")
     text = re.sub(r"(?m)^(shipped|truth_file)\s*=.*\n", "", read_text(case.path))
     text = re.sub(r"(?m)^name\s*=.*$", f'name = "{case.name}_with_{name}"', text, count=1)
-    for named in re.findall(r'(?m)^(?:measured|nuisances)\s*=\s*"([^"]+)"', text):
-        shutil.copyfile(case.path.parent / named, folder / Path(named).name)
-        text = text.replace(f'"{named}"', f'"{Path(named).name}"')
+    files = {"measured": case.measured}
+    if case.diagnosis.nuisances:
+        files["nuisances"] = case.path.parent / case.diagnosis.nuisances
+    for key, named in files.items():
+        shutil.copyfile(named, folder / named.name)
+        line = f"{key} = {json.dumps(named.name)}"
+        text = re.sub(rf"(?m)^{key}\s*=.*$", line.replace("\\", r"\\"), text, count=1)
     path = folder / f"{case.name}_with_{name}.toml"
     head = f"\n# added by calibrator diagnose: {effect_of(name).called}\n[parameters.{name}]\n"
     write_text(path, f"{text}{head}low = {ends[0]!r}\nhigh = {ends[1]!r}\n")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case import Case
-from calibrator.discrepancy import repeated
+from calibrator.discrepancy import FEWEST_DEGREES, repeated
 from calibrator.errors import CalibratorError
 from calibrator.identification import LARGEST, Effect, Measured
 from calibrator.lab import Nuisance, Observable
@@ -57,6 +57,25 @@ def experiments(case: Case, observables: Sequence[Observable]) -> list[Experimen
         if responses:
             setup, _, condition = name.partition("@")
             found.append(Experiment(name, setup, case.conditions[condition].values if condition else {}, responses))
+    return found
+
+
+def unmeasured(case: Case) -> list[str]:
+    """What the lab file lacks for a diagnosis, a sentence each; none where the case asks for no diagnosis."""
+    rows, parameters = case.observables, len(case.problem.names)
+    if not case.conditions and not case.nuisances and all(o.role != "diagnose" for o in rows):
+        return []
+    used, found = sum(o.role != "held_out" for o in rows), []
+    if (lacks := parameters + FEWEST_DEGREES - used) > 0:
+        found.append(f"`diagnose` needs {lacks} more rows that are not held out: {used} are too few for {parameters} parameters")
+    if used == len(rows):
+        found.append("no row is held out, so nothing could show that a gap has gone: give some rows the role held_out")
+    if absent := [name for name in case.conditions if all(o.condition != name for o in rows)]:
+        found.append(f"nothing is measured under {', '.join(absent)}: `preflight` says which of them would help most")
+    if once := sum(o.replicates == 1 for o in rows):
+        found.append(f"{once} rows are measured once only: the simulation's scatter stands in for theirs; repeat them")
+    if not case.nuisances:
+        found.append("there is no nuisance table: errors that observables share can look like an effect; write one")
     return found
 
 

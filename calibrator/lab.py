@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import fnmatch
 import math
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -99,9 +100,8 @@ def read_lab(path: Path) -> list[Observable]:
     """
     rows = _rows(path, "lab file", (COLUMNS, WITH_CONDITION))
     observables = [_observable(where, cells) for where, cells in rows]
-    keys = [one.key for one in observables]
-    for key in keys:
-        if keys.count(key) > 1:
+    for key, count in Counter(one.key for one in observables).items():
+        if count > 1:
             raise CalibratorError(f"{path}: {key} is given more than once; keep one row")
     return observables
 

@@ -14,6 +14,7 @@ from calibrator.coordinates import fit_responses
 from calibrator.cost import core_seconds, particles, steps
 from calibrator.database import Database, response_table
 from calibrator.errors import CalibratorError
+from calibrator.experiments import unmeasured
 from calibrator.files import write_text
 from calibrator.identifiability import identify
 from calibrator.interpolation import Interpolant
@@ -58,6 +59,7 @@ def check_case(space: Workspace) -> dict[str, Any]:
             "time: set rayleigh_fraction = 0.2 (or a smaller time_step) under [fixed]"
         )
     yade_batch_command()
+    warnings += unmeasured(case)
     return space.note("check", {"runs": len(requests), "targets": [t.key for t in case.problem.targets], "warnings": warnings})
 
 

@@ -91,6 +91,29 @@ def test_five_numbers_against_three_parameters_cannot_tell_and_cost_no_run(write
     assert not (space.path / "calls.txt").exists()
 
 
+def test_check_says_what_the_lab_file_lacks_for_a_diagnosis_and_takes_another_one(space, tmp_path, capsys):
+    here, few = space(), tmp_path / "few.csv"
+    once = (line.replace(",5,", ",1,") for line in lab().splitlines() if "held_out" not in line and "hourglass" in line + "unit")
+    few.write_text("\n".join([lab().splitlines()[0], *[x for x in once if x.startswith("hourglass")][:6]]) + "\n")
+    arguments = ["check", str(here.case.path), "--results", str(tmp_path / "results")]
+    assert main(arguments) == 0 and "warning: nothing is measured under wide_neck" in capsys.readouterr().out
+    assert main([*arguments, "--lab", str(few)]) == 0
+    said = capsys.readouterr().out
+    for part in ("needs 2 more rows", "no row is held out", "under wide_neck", "6 rows are measured once only"):
+        assert part in said
+    assert main([*arguments, "--lab", str(tmp_path / "none.csv")]) == 2
+    assert "no lab file" in capsys.readouterr().err
+
+
+def test_a_diagnosis_of_another_lab_file_writes_a_new_case_with_that_file(space, tmp_path, capsys):
+    here, moist = space(), tmp_path / "moist.csv"
+    moist.write_text(lab(bond_number=0.6))
+    assert main(["diagnose", str(here.case.path), "--results", str(tmp_path / "results"), "--lab", str(moist)]) == 0
+    assert "The missing effect is adhesion" in capsys.readouterr().out
+    (new,) = (here.path / "with_effect").glob("*.toml")
+    assert read_case(new).measured.read_text() == moist.read_text()
+
+
 def test_runs_that_could_not_be_used_are_told_with_what_became_of_them(space):
     here = space()
     here.path.mkdir(parents=True)
