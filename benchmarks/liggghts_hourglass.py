@@ -84,7 +84,7 @@ def ring(radius: float, segments: int = 32) -> list:
 def cloud(p: dict, mass: float) -> tuple[np.ndarray, np.ndarray]:
     """Centres and velocities (n, 3) that yade_scripts/hourglass.py would start from: the same random numbers."""
     rng = np.random.default_rng(p["seed"])
-    centres = packing.cloud_in_cylinder(p, round(p["fill_mass"] / mass), rng)
+    centres = packing.cloud_in_cylinder(p, round(p["fill_mass"] / mass), p["particle_radius"], rng)
     random_speed = 0.5 * (9.81 * 2 * p["particle_radius"]) ** 0.5
     return centres, rng.normal(0, random_speed, centres.shape) - (0, 0, p["pouring_velocity"])
 

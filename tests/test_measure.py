@@ -110,6 +110,23 @@ def test_the_cloud_has_every_grain_no_overlap_and_keeps_clear_of_wall_and_floor(
     assert np.hypot(centres[:, 0], centres[:, 1]).max() < 9e-3 and centres[:, 2].min() >= 6e-3
 
 
+def test_no_grain_of_a_cloud_overlaps_the_flat_sides_of_its_cylinder():
+    """Jitter along both axes once carried one grain in a thousand a tenth of its radius into the wall."""
+    p = {"cylinder_diameter": 13e-3, "cloud_fraction": 0.2, "pouring_height": 0.0}
+    edge = 2 * np.pi / packing.SEGMENTS
+    for seed in range(20):
+        centres = packing.cloud_in_cylinder(p, 2000, 0.35e-3, np.random.default_rng(seed))
+        rho, turned = np.hypot(centres[:, 0], centres[:, 1]), np.mod(np.arctan2(centres[:, 1], centres[:, 0]), edge) - edge / 2
+        flats = packing.corner_radius(6.5e-3) * np.cos(edge / 2)
+        assert (rho * np.cos(turned)).max() < flats - 0.35e-3
+
+
+def test_the_polygon_of_a_circle_has_its_area_and_holds_its_inscribed_circle():
+    corner, angle = packing.corner_radius(1.0), np.pi / packing.SEGMENTS
+    assert packing.SEGMENTS * corner**2 * np.sin(angle) * np.cos(angle) == pytest.approx(np.pi)
+    assert packing.inscribed_radius(1.0) == pytest.approx(corner * np.cos(angle)) and packing.inscribed_radius(1.0) < 1
+
+
 def test_the_cloud_depends_on_its_seed_and_on_nothing_else():
     assert np.array_equal(cloud(1), cloud(1)) and not np.array_equal(cloud(1), cloud(2))
 

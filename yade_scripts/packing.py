@@ -1,13 +1,29 @@
-"""The falling cloud of grains that a filling starts from. Pure numpy."""
+"""The falling cloud of grains that a filling starts from, and the polygons that stand for circles. Pure numpy."""
+
+import math
 
 import numpy as np
+
+SEGMENTS = 32
+
+
+def corner_radius(radius):
+    """Radius [m] of the corners of the regular polygon that has a circle's area."""
+    step = 2 * math.pi / SEGMENTS
+    return radius * math.sqrt(step / math.sin(step))
+
+
+def inscribed_radius(radius):
+    """Radius [m] of the largest circle in that polygon."""
+    return corner_radius(radius) * math.cos(math.pi / SEGMENTS)
 
 
 def cloud(count, radius, fraction, inside, half_x, half_y, clearance, rng):
     """Centres (count, 3) [m] of a loose random cloud, sorted from bottom to top.
 
     A cubic lattice of packing fraction `fraction` is shifted at random and every site is jittered within its
-    cell, so grains never overlap and no two seeds agree; sites where inside(x, y) is false are left out.
+    cell, so grains never overlap and no two seeds agree. inside(x, y, margin) says where a grain is that far from the
+    walls: one that overlapped a wall by a tenth of its radius would be shot off at a metre a second, over the rim even.
     Creating grains in this spatial order makes YADE about a third faster than a random order.
     Raises ValueError where the vessel is too narrow for a single grain.
     """
@@ -18,12 +34,11 @@ def cloud(count, radius, fraction, inside, half_x, half_y, clearance, rng):
         offset = rng.uniform(0, spacing, 2)
         gx = np.arange(-half_x - offset[0], half_x + spacing, spacing)
         gy = np.arange(-half_y - offset[1], half_y + spacing, spacing)
-        sites = np.array(np.meshgrid(gx, gy, indexing="ij")).reshape(2, -1).T
-        sites = sites[inside(sites[:, 0], sites[:, 1], radius + play)]
-        if len(sites) == 0 and height > clearance + radius + 50 * spacing:
+        sites = np.array(np.meshgrid(gx, gy, [height + play], indexing="ij")).reshape(3, -1).T
+        layer = sites + rng.uniform(-play, play, sites.shape)
+        layer = layer[inside(layer[:, 0], layer[:, 1], radius)]
+        if found == 0 and height > clearance + radius + 50 * spacing:
             raise ValueError("no grain fits into the vessel: widen it or choose smaller grains")
-        z = np.full(len(sites), height + play)
-        layer = np.column_stack([sites, z]) + rng.uniform(-play, play, (len(sites), 3))
         layers.append(layer)
         found += len(layer)
         height += spacing
@@ -32,7 +47,7 @@ def cloud(count, radius, fraction, inside, half_x, half_y, clearance, rng):
 
 def cloud_in_cylinder(p, count, radius, rng):
     """The cloud (count, 3) [m] of grains up to a radius [m] over the request's cylinder, which stands around the z axis."""
-    half = p["cylinder_diameter"] / 2
+    half = inscribed_radius(p["cylinder_diameter"] / 2)
 
     def inside(x, y, margin):
         return np.hypot(x, y) < half - margin

@@ -192,11 +192,13 @@ def pouring_rate(p, centres):
 
 
 def fill(p, ids, diagnostics):
-    """Let the cloud fall and settle."""
+    """Let the cloud fall and settle. Raises NotSettled where a grain has left the vessel: it would fall for ever."""
     begin, states, energy = O.time, states_of(ids), material.filling_energy(p)
-    not_before = begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2
+    not_before, lost = begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2, -10 * material.largest_reach(p)
 
     def settled():
+        if any(state.pos[2] < lost for state in states):
+            raise stop.NotSettled("filling: a grain has left the vessel: try another seed or a lower pouring_velocity")
         return O.time > not_before and kinetic_energy(p, states) < energy
 
     clock = time.process_time()

@@ -4,14 +4,13 @@ import math
 
 from yade import utils
 
-SEGMENTS = 32
+import packing
 
 
-def _ring(radius, z, segments=SEGMENTS):
+def _ring(radius, z):
     """Corners of the regular polygon whose area is that of the circle."""
-    step = 2 * math.pi / segments
-    corner = radius * math.sqrt(step / math.sin(step))
-    return [(corner * math.cos(i * step), corner * math.sin(i * step), z) for i in range(segments)]
+    step, corner = 2 * math.pi / packing.SEGMENTS, packing.corner_radius(radius)
+    return [(corner * math.cos(i * step), corner * math.sin(i * step), z) for i in range(packing.SEGMENTS)]
 
 
 def _between(lower, upper, material):

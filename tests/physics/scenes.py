@@ -440,6 +440,17 @@ def settled_layer(count=200, diameter=0.03):
     return dict(threshold=p["filling_kinetic_energy"], at_rest=at_rest, later=energies())
 
 
+def lost_grain():
+    """A filling without a floor: why it ends, and after what simulated time [s]."""
+    p, grain, _ = scene()
+    ids = session.add_grains(p, np.array([[0.0, 0.0, 0.01]]), grain, np.random.default_rng(1))
+    try:
+        session.fill(p, ids, {})
+    except stop.NotSettled as error:
+        return dict(error=str(error), time=O.time, longest_time=p["longest_time"])
+    return dict(error=None, time=O.time, longest_time=p["longest_time"])
+
+
 def experiments():
     """(function, arguments) of every experiment."""
     for partner in ("grain", "facet", "wall"):
@@ -467,6 +478,7 @@ def experiments():
     yield clump_fall, (0.01,)
     yield sizes, (0.25,)
     yield settled_layer, ()
+    yield lost_grain, ()
 
 
 def main():

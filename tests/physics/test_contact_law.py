@@ -184,6 +184,11 @@ def test_layer_at_rest_by_translational_energy_still_spins(measured):
     assert m["later"]["rotational"] == pytest.approx(m["at_rest"]["rotational"], rel=0.1)
 
 
+def test_a_grain_that_has_left_the_vessel_ends_the_filling_soon_and_says_why(measured):
+    m = measured("lost_grain")
+    assert "a grain has left the vessel" in m["error"] and m["time"] < 0.1 * m["longest_time"]
+
+
 # Effects that are off by default (yade_scripts/effects.py)
 
 
