@@ -14,6 +14,7 @@ demo: yade $(VENV)/.done
 
 paper: yade $(VENV)/.done
 	$(BIN)/calibrator all cases/quartz_sand_reduced.toml $(if $(AFRESH),--verify-afresh)
+	$(BIN)/calibrator run cases/quartz_sand_adaptive.toml
 	$(BIN)/python -m benchmarks.paper_case
 
 test: yade slurm $(VENV)/.done-test lint

@@ -21,7 +21,6 @@ from calibrator.case import Case, read_case
 from calibrator.coordinates import Coordinates, fit_responses
 from calibrator.database import response_table
 from calibrator.problem import Problem
-from calibrator.records import Record
 from calibrator.workflow import Workspace, database_records
 
 REPO = Path(__file__).resolve().parent.parent
@@ -29,6 +28,7 @@ PAGE = REPO / "docs" / "paper_case.md"
 PICTURES = REPO / "docs" / "figures"
 CASE = REPO / "cases" / "quartz_sand_reduced.toml"
 GRID = REPO / "cases" / "quartz_sand_reduced_grid.toml"
+ADAPTIVE = REPO / "cases" / "quartz_sand_adaptive.toml"
 LETTERS = "ABCD"
 HELD = ("held_by_68", "held_by_95")
 COUNTERPARTS = {  # our target's response -> the paper's error and response
@@ -91,10 +91,10 @@ def targets_block(sources: Sources) -> str:
     return table(["target", "value", "tolerance"], rows)
 
 
-def grid_records() -> list[Record]:
-    """The runs of the full grid."""
-    grid = read_case(GRID)
-    return database_records(Workspace(grid, REPO / "results" / grid.name))
+def workspace(path: Path) -> Workspace:
+    """Another case with its results."""
+    case = read_case(path)
+    return Workspace(case, REPO / "results" / case.name)
 
 
 def database_block(sources: Sources) -> str:
@@ -106,7 +106,7 @@ def database_block(sources: Sources) -> str:
         sets[key] = sets.get(key, 0) + 1
     statuses = {k: sum(r.status == k for r in records) for k in sorted({r.status for r in records})}
     replicated = sum(n >= 3 for n in sets.values())
-    on_grid = grid_records()
+    on_grid = database_records(workspace(GRID))
     return table(
         ["database", "parameter sets", "with 3 or more runs", "runs", "by outcome"],
         [
@@ -222,7 +222,7 @@ def cross_validated(sources: Sources) -> dict[str, dict[str, float]]:
     The grid is at the mean density of the box: with similarity it speaks for all densities, up to the moduli that it covers.
     """
     problem, keys = sources.case.problem, [t.key for t in sources.case.problem.targets]
-    grid_points, grid_values = response_table(problem, grid_records(), keys)
+    grid_points, grid_values = response_table(problem, database_records(workspace(GRID)), keys)
     if not len(grid_points):
         raise FileNotFoundError(f"no run of {GRID.name}")
     points, values = response_table(problem, database_records(sources.space), keys)
@@ -318,6 +318,22 @@ def runs_block(sources: Sources) -> str:
     return table(head, rows)
 
 
+def adaptive_block(sources: Sources) -> str:
+    """The adaptive design on YADE itself: targets, and the runs that confirm its set."""
+    space = workspace(ADAPTIVE)
+    outcome, records = space.summary()["run"], database_records(space)
+    at = [r for r in records if all(r.request.value(n) == v for n, v in outcome["recommended"].items())]
+    rows = []
+    for target in space.case.problem.targets:
+        values = np.array([r.responses[target.response] for r in at])
+        error = values.std(ddof=1) / np.sqrt(len(values))
+        cells = [f"{target.value:.4g}", with_error(values.mean(), error), f"{values.mean() / target.value - 1:+.1%}"]
+        rows.append([target.response.replace("_", " "), *cells])
+    found = ", ".join(f"{n.replace('_', ' ')} {v:.4g}" for n, v in outcome["recommended"].items())
+    head = ["response", "target", f"mean of {len(at)} fresh runs", "difference"]
+    return f"{outcome['runs']} runs in all; {outcome['sentence']}: {found}.\n\n{table(head, rows)}"
+
+
 def _needed(own: dict[str, Any], seeds: int) -> str:
     median = own["median_runs"]
     return f"{'never' if median is None else format(median, 'g')} ({own['failures']} of {seeds})"
@@ -348,6 +364,7 @@ BLOCKS: dict[str, tuple[Callable[[Sources], str], str]] = {
     "interpolation": (interpolation_block, "calibrator run cases/quartz_sand_reduced_grid.toml"),
     "similarity": (similarity_block, "python -m benchmarks.similarity"),
     "runs needed": (runs_block, "python -m benchmarks.runs_needed"),
+    "adaptive": (adaptive_block, "calibrator run cases/quartz_sand_adaptive.toml"),
     "out of reach": (unreachable_block, "python -m benchmarks.runs_needed"),
 }
 
