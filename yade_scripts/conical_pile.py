@@ -54,7 +54,7 @@ def lift(p, ids, tube, diagnostics):
     states = session.states_of(ids)
 
     def at_rest():
-        return session.kinetic_energy(p, states) < p["rest_kinetic_energy"]
+        return session.at_rest(p, ids, states)
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "conical pile")
     session.finish(p, ids, diagnostics, released, clock, "at rest")

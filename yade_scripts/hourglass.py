@@ -79,7 +79,7 @@ def discharge(p, ids, diagnostics):
         passed.append(session.total_mass(p, gone))
         if passed[-1] > passed[-2]:
             last_passage = time.process_time()
-        return O.time > not_before and session.kinetic_energy(p, [state[i] for i in inside]) < p["rest_kinetic_energy"]
+        return O.time > not_before and session.at_rest(p, inside, [state[i] for i in inside])
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "discharge")
     diagnostics["settling_cpu"] = time.process_time() - last_passage

@@ -89,7 +89,7 @@ def release(p, ids, flap, diagnostics, offset):
         gone = {i for i in left if state[i].pos[2] - offset[2] < -2 * radius}
         session.retire(gone, (1.5 * p["box_length"], 0, 0))
         left = [i for i in left if i not in gone]
-        return O.time > not_before and session.kinetic_energy(p, [state[i] for i in left]) < p["rest_kinetic_energy"]
+        return O.time > not_before and session.at_rest(p, left, [state[i] for i in left])
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge")
     session.finish(p, left, diagnostics, released, clock, "at rest")

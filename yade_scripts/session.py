@@ -2,6 +2,7 @@
 
 import ctypes
 import hashlib
+import math
 import os
 import platform
 import re
@@ -263,6 +264,26 @@ def radii(p, ids):
     if _members:
         return material.clump_radius(p)
     return np.array([_sizes[i][0] for i in ids]) if _sizes else p["particle_radius"]
+
+
+def at_rest(p, ids, states):
+    """Whether the grains' mean translational kinetic energy is below the request's.
+
+    Of clumps those are left out that stand on end and spin about their only contact, as single spheres do, too
+    (stop.mean_kinetic_energy): a clump's centre is not quite above the contact and circles with it.
+    """
+    if not states or kinetic_energy(p, states) < p["rest_kinetic_energy"]:
+        return True
+    counted = [s for i, s in zip(ids, states, strict=True) if i not in _members or not _spins_on_end(p, i, s)]
+    return len(counted) < len(states) and kinetic_energy(p, counted) * len(counted) / len(states) < p["rest_kinetic_energy"]
+
+
+def _spins_on_end(p, i, state):
+    """Whether a clump turns about the vertical, without rolling, on one contact."""
+    rolling = math.hypot(state.angVel[0], state.angVel[1])
+    if kinetic_energy(p, [state]) < p["rest_kinetic_energy"] or abs(state.angVel[2]) < 10 * rolling:
+        return False
+    return sum(c.isReal for m in _members[i] for c in O.bodies[m].intrs()) == 1
 
 
 def kinetic_energy(p, states):
