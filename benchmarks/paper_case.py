@@ -20,6 +20,7 @@ from benchmarks.common import RESULTS
 from calibrator.case import Case, read_case
 from calibrator.coordinates import Coordinates, fit_responses
 from calibrator.database import response_table
+from calibrator.plan import design_points
 from calibrator.problem import Problem
 from calibrator.workflow import Workspace, database_records
 
@@ -223,8 +224,8 @@ def cross_validated(sources: Sources) -> dict[str, dict[str, float]]:
     """
     problem, keys = sources.case.problem, [t.key for t in sources.case.problem.targets]
     grid_points, grid_values = response_table(problem, database_records(workspace(GRID)), keys)
-    if not len(grid_points):
-        raise FileNotFoundError(f"no run of {GRID.name}")
+    if len(grid_points) < len(design_points(read_case(GRID))):
+        raise FileNotFoundError(f"{GRID.name} has not been run to its end")
     points, values = response_table(problem, database_records(sources.space), keys)
     stiffness = Coordinates(problem, collapsed=True).inward(points)[:, -1]
     covered = Coordinates(problem, collapsed=True).inward(grid_points)[:, -1]
