@@ -619,27 +619,16 @@ def request(yard: Yard, given: tuple[str, dict[str, Any]]) -> None:
 
 def _arguments(yard: Yard) -> st.SearchStrategy[Any]:
     words = [w for w in [*_texts(yard), *TOML_VALUES] if len(w) < 1000]
-    verbs = [
-        "check",
-        "plan",
-        "plan",
-        "run",
-        "collect",
-        "verify",
-        "validate",
-        "report",
-        "preflight",
-        "diagnose",
-        "calibrat",
-        *words,
-    ]
+    verbs = ["check", "plan", "plan", "run", "collect", "verify", "validate", "report", "preflight", "diagnose", "calibrat"]
     names = ("input.toml", "input.toml", "toy.toml", "pipe", "loop", "zero", "folder", "lab.csv")
     cases = [*(str(yard.cases / n) for n in names), *words]
     results = [str(yard.path / n) for n in ("out", "out", "secret.csv", "a b;c'd\"e", "new\nline", "caf\udce9")]
     known = ["--fresh", "--verify-afresh", "--help", "--version", "--results", "-x", "--", "--yes", "--lab", "--engine", "--site"]
     options = st.sampled_from([*known, *words])
     arguments = st.tuples(
-        st.sampled_from(verbs), st.sampled_from(cases), st.sampled_from([*results, *(w for w in words if not _leads_away(w))])
+        st.sampled_from([*verbs, *words]),
+        st.sampled_from(cases),
+        st.sampled_from([*results, *(w for w in words if not _leads_away(w))]),
     )
     contents = damaged_bytes([CASE.encode()], [*TOML_VALUES, *words])
     return st.tuples(arguments, st.lists(options, max_size=2), st.just(None) | contents)

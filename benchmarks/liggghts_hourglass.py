@@ -74,13 +74,6 @@ def write_facets(path: Path, triangles: list) -> None:
     path.write_text("\n".join([*lines, "endsolid s"]) + "\n")
 
 
-def ring(radius: float, segments: int = 32) -> list:
-    """The same equal-area polygon as yade_scripts/walls.py."""
-    step = 2 * math.pi / segments
-    corner = radius * math.sqrt(step / math.sin(step))
-    return [(corner * math.cos(i * step), corner * math.sin(i * step), 0.0) for i in range(segments)]
-
-
 def cloud(p: dict, mass: float) -> tuple[np.ndarray, np.ndarray]:
     """Centres and velocities (n, 3) that yade_scripts/hourglass.py would start from: the same random numbers."""
     rng = np.random.default_rng(p["seed"])
@@ -92,7 +85,7 @@ def cloud(p: dict, mass: float) -> tuple[np.ndarray, np.ndarray]:
 def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndarray, dt: float) -> None:
     """Everything that LIGGGHTS reads, for parameters p under the project's names."""
     cylinder, neck, radius = p["cylinder_diameter"] / 2, p["neck_diameter"] / 2, p["particle_radius"]
-    inner, outer = ring(neck), ring(cylinder * 1.05)
+    inner, outer = packing.ring(neck, 0.0), packing.ring(cylinder * 1.05, 0.0)
     flat = [t for i in range(32) for t in ((inner[i - 1], inner[i], outer[i]), (inner[i - 1], outer[i], outer[i - 1]))]
     write_facets(folder / "annulus.stl", flat)
     write_facets(folder / "disk.stl", [((0, 0, 0), inner[i - 1], inner[i]) for i in range(32)])

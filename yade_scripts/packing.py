@@ -13,6 +13,12 @@ def corner_radius(radius):
     return radius * math.sqrt(step / math.sin(step))
 
 
+def ring(radius, z):
+    """Corners of that polygon at a height [m]."""
+    step, corner = 2 * math.pi / SEGMENTS, corner_radius(radius)
+    return [(corner * math.cos(i * step), corner * math.sin(i * step), z) for i in range(SEGMENTS)]
+
+
 def inscribed_radius(radius):
     """Radius [m] of the largest circle in that polygon."""
     return corner_radius(radius) * math.cos(math.pi / SEGMENTS)

@@ -272,10 +272,11 @@ def at_rest(p, ids, states):
     Of clumps those are left out that stand on end and spin about their only contact, as single spheres do, too
     (stop.mean_kinetic_energy): a clump's centre is not quite above the contact and circles with it.
     """
-    if not states or kinetic_energy(p, states) < p["rest_kinetic_energy"]:
-        return True
-    counted = [s for i, s in zip(ids, states, strict=True) if i not in _members or not _spins_on_end(p, i, s)]
-    return len(counted) < len(states) and kinetic_energy(p, counted) * len(counted) / len(states) < p["rest_kinetic_energy"]
+    energy, limit = kinetic_energy(p, states), p["rest_kinetic_energy"]
+    if energy < limit or not _members:
+        return energy < limit
+    counted = [s for i, s in zip(ids, states, strict=True) if not _spins_on_end(p, i, s)]
+    return kinetic_energy(p, counted) * len(counted) / len(states) < limit
 
 
 def _spins_on_end(p, i, state):

@@ -1,16 +1,8 @@
 """Vessels built from facets. A polygon replaces each circle, sized so that its area is the circle's."""
 
-import math
-
 from yade import utils
 
 import packing
-
-
-def _ring(radius, z):
-    """Corners of the regular polygon whose area is that of the circle."""
-    step, corner = 2 * math.pi / packing.SEGMENTS, packing.corner_radius(radius)
-    return [(corner * math.cos(i * step), corner * math.sin(i * step), z) for i in range(packing.SEGMENTS)]
 
 
 def _between(lower, upper, material):
@@ -24,17 +16,17 @@ def _between(lower, upper, material):
 
 def cylinder(radius, bottom, top, material):
     """Open vertical cylinder around the z axis."""
-    return _between(_ring(radius, bottom), _ring(radius, top), material)
+    return _between(packing.ring(radius, bottom), packing.ring(radius, top), material)
 
 
 def annulus(inner, outer, material):
     """Flat ring at z = 0 between two circles."""
-    return _between(_ring(inner, 0.0), _ring(outer, 0.0), material)
+    return _between(packing.ring(inner, 0.0), packing.ring(outer, 0.0), material)
 
 
 def disk(radius, material):
     """Flat disk at z = 0."""
-    ring = _ring(radius, 0.0)
+    ring = packing.ring(radius, 0.0)
     return [utils.facet([(0, 0, 0), ring[i - 1], ring[i]], material=material) for i in range(len(ring))]
 
 
