@@ -25,7 +25,8 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.errors import HypothesisWarning
 
 from benchmarks.common import asked_for_quick, write
-from benchmarks.fuzzing import CASE, KINDS, SECONDS, TOML_VALUES, WORDS, Hang, Yard, use
+from benchmarks.damage import TOML_VALUES, WORDS
+from benchmarks.fuzzing import CASE, KINDS, SECONDS, Hang, Yard, use
 
 INPUTS = 102_000
 BATCH = 1000  # inputs of one call of hypothesis, whose memory of what it has drawn grows with them
