@@ -65,7 +65,7 @@ def figure(own: list[list[tuple[float, float, float]]]) -> None:
 
 def main() -> None:
     """Run, account, draw."""
-    cores = int(sys.argv[1]) if sys.argv[1:] else os.cpu_count() or 1
+    cores = int(sys.argv[1]) if sys.argv[1:] else len(os.sched_getaffinity(0))
     folder, plan = WORK / "driver", requests()
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)

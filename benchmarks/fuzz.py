@@ -106,7 +106,7 @@ def main() -> None:
     if quick:
         jobs = [(name, part, count // 20) for name, part, count in jobs if part == 0]
     found: dict[str, Any] = {"inputs": 0, "tracebacks": 0, "hangs": 0, "code_executed": 0, "kinds": {}}
-    with ProcessPoolExecutor(2 * (os.cpu_count() or 1)) as pool:
+    with ProcessPoolExecutor(2 * len(os.sched_getaffinity(0))) as pool:
         for name, counts in pool.map(in_a_yard, *zip(*jobs, strict=True)):
             own = found["kinds"].setdefault(name, {"inputs": 0, "tracebacks": 0, "hangs": 0, "wrong": {}})
             own["wrong"].update(counts.pop("wrong"))

@@ -102,7 +102,7 @@ class Replicates:
 
 @dataclass(frozen=True)
 class Running:
-    """How runs are carried out. jobs = 0 takes every core; budget_core_hours stops a plan that is too large."""
+    """How runs are carried out. jobs = 0 takes every core it is allowed; budget_core_hours stops a plan that is too large."""
 
     jobs: int = 0
     attempts: int = 2

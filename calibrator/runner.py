@@ -155,7 +155,7 @@ def run(
         predicted = core_seconds(pending, gather(folder, requests))
         cost = dict(zip((r.run_id for r in pending), predicted, strict=True))
         pending.sort(key=lambda r: -cost[r.run_id])
-        _run_batch(folder, pending, cost, command, jobs or os.cpu_count() or 1, 2.0**attempt, report)
+        _run_batch(folder, pending, cost, command, jobs or len(os.sched_getaffinity(0)), 2.0**attempt, report)
     records = gather(folder, requests)
     if len(records) < len(requests):
         raise CalibratorError(

@@ -1,6 +1,7 @@
 """The driver, on a fake YADE that crashes, hangs, lies and writes half a file."""
 
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -220,3 +221,11 @@ def test_an_interrupt_leaves_no_process_behind(tmp_path, fake_yade):
 
 def test_gathering_unknown_requests_finds_nothing(tmp_path):
     assert gather(RunFolder(tmp_path), requests(2)) == []
+
+
+def test_without_a_number_of_jobs_only_the_cores_that_are_allowed_are_used(tmp_path, fake_yade, monkeypatch):
+    asked, original = [], runner.batch_arguments
+    monkeypatch.setattr(runner, "batch_arguments", lambda *given: asked.append(given[2]) or original(*given))
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0, 5, 7})
+    run(folder_with(tmp_path), requests(1))
+    assert asked == [3]
