@@ -224,8 +224,8 @@ def _say_verify(o: Outcome) -> str:
     lines = [f"{label}: {_say_verdict(v)}" for label, v in o["candidates"].items()]
     if not o["passed"]:
         lines.append(
-            "  to go on: name a copy of database.csv as run.shipped and set plan.design = \"adaptive\" in the case; `calibrator run` "
-            "then adds runs where they decide"
+            '  to go on: name a copy of database.csv as run.shipped and set plan.design = "adaptive" in the case; '
+            "`calibrator run` then adds runs where they decide"
         )
     return "\n".join(lines)
 
