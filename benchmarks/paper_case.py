@@ -298,10 +298,15 @@ def sensitivity_block(sources: Sources) -> str:
 
 def similarity_block(sources: Sources) -> str:
     """Pairs that similarity calls the same."""
-    rows = []
-    for label, own in sources.measured("similarity")["sets"].items():
-        differences = [f"{d['difference']:+.1%} ± {d['standard_error']:.1%}" for d in own["in_use"].values()]
-        rows.append([label, "every bit" if own["exact"] else "NO", *differences])
+    measured = sources.measured("similarity")
+
+    def differences(own: dict[str, Any]) -> list[str]:
+        return [f"{d['difference']:+.1%} ± {d['standard_error']:.1%}" for d in own.values()]
+
+    rows = [
+        [label, "every bit" if own["exact"] else "NO", *differences(own["in_use"])] for label, own in measured["sets"].items()
+    ]
+    rows.append(["mean", "", *differences(measured["in_use_mean"])])
     head = ["friction", "all doubled: equal", "density", "equivalent angle", "rate"]
     return table(head, rows)
 

@@ -1,4 +1,4 @@
-"""The verbs `preflight` and `diagnose`: what could be seen, and what is missing from the model."""
+"""The verb `diagnose`: is there a gap, where, which missing effect explains it, and does it go away?"""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def _run_id(setup):
 
 
 def scripts_hash():
-    """Short hash over the scripts and the contract: results of different scripts are never mixed unseen."""
+    """Short hash over the scripts and the contract: each record says which made it."""
     digest = hashlib.sha256()
     for name in sorted(os.listdir(contract.HERE)):
         if name.endswith((".py", ".json")):

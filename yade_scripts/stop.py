@@ -1,6 +1,7 @@
 """Running until a condition holds, and the energies that decide it."""
 
 import math
+import time
 
 from yade import O, PyRunner
 
@@ -31,6 +32,10 @@ def run_until(look, interval, longest, what):
     engines = list(O.engines)
     O.engines = engines + [PyRunner(command="import stop; stop._look()", iterPeriod=every, initRun=False)]
     O.run(-1, True)
+    # YADE calls itself paused as soon as it is told to, and the step may still be on its way. Engines that are set within a
+    # step take their turn after it, and would then replace those of the next wait, which would never look.
+    while O.subStep >= 0:
+        time.sleep(1e-4)
     O.engines = engines
     if _watch["error"] is not None:
         raise _watch["error"]

@@ -11,9 +11,10 @@ import json
 import math
 import os
 import sys
+import time
 
 import numpy as np
-from yade import InteractionLoop, NewtonIntegrator, O, utils
+from yade import InteractionLoop, NewtonIntegrator, O, PyRunner, utils
 
 # The script's path is in argv: inside YADE __file__ is YADE's own.
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "..", "yade_scripts"))
@@ -451,8 +452,31 @@ def lost_grain():
     return dict(error=None, time=O.time, longest_time=p["longest_time"])
 
 
+def lingering_step():
+    """Two waits of ten steps in a row, the last step of each taking its time: after how many steps [1] the second ends."""
+    p, grain, _ = scene()
+    add_grain(p, 0, grain)
+    O.engines = [*O.engines, PyRunner(command="O.iter > 1000 and O.pause()", iterPeriod=1)]  # else a lost look hangs
+    look = stop._look
+
+    def slow():
+        look()
+        if not O.running:
+            time.sleep(0.2)  # YADE asks every 40 ms whether the loop is paused
+
+    stop._look = slow
+    try:
+        run(10 * O.dt)
+        time.sleep(0.4)  # the step ends, and the next wait begins
+        run(10 * O.dt)
+    finally:
+        stop._look = look
+    return dict(steps=O.iter)
+
+
 def experiments():
     """(function, arguments) of every experiment."""
+    yield lingering_step, ()
     for partner in ("grain", "facet", "wall"):
         yield from ((rebound, (partner, e)) for e in (0.5, 0.9, 0.93))
         yield from ((spinning_impact, (partner, e)) for e in (0.5, 0.9))

@@ -189,6 +189,11 @@ def test_a_grain_that_has_left_the_vessel_ends_the_filling_soon_and_says_why(mea
     assert "a grain has left the vessel" in m["error"] and m["time"] < 0.1 * m["longest_time"]
 
 
+def test_a_wait_begins_when_the_last_step_of_the_one_before_has_ended(measured):
+    """Else the engines of the new wait are lost, and it never ends: one pile in about a hundred ran into its time limit."""
+    assert 20 <= measured("lingering_step")["steps"] <= 25
+
+
 # Effects that are off by default (yade_scripts/effects.py)
 
 
