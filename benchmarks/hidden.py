@@ -24,10 +24,12 @@ import numpy as np
 from calibrator import experiments as ex
 from calibrator.case import Case, read_case
 from calibrator.cli import ProgressBar
+from calibrator.cost import time_step
 from calibrator.database import Database
 from calibrator.files import parse_json, read_text, write_text
 from calibrator.identification import Effect
 from calibrator.lab import WITH_CONDITION, Nuisance, Observable
+from calibrator.objectives import rayleigh_time
 from calibrator.quantities import EFFECTS, RESPONSES
 from calibrator.runner import RunFolder, run
 from calibrator.table import Request
@@ -63,13 +65,13 @@ def sized(effect: Effect, amplitude: float, rng: np.random.Generator) -> dict[st
 
 
 def laboratory_requests(
-    case: Case, truth: dict[str, Any], found: Sequence[ex.Experiment], first_seed: int, replicates: int, finer: float = FINER
+    case: Case, truth: dict[str, Any], found: Sequence[ex.Experiment], first_seed: int, replicates: int
 ) -> list[list[Request]]:
     """Runs of the laboratory, a list per experiment."""
     hidden = dict(truth["hidden"])
     outside = [OUTSIDE[name] for name in list(hidden) if name in OUTSIDE and hidden.pop(name)]
     modulus = float(case.problem.fixed["young_modulus"]) * STIFFER
-    extra: dict[str, float] = {"young_modulus": modulus, "rayleigh_fraction": 0.4 * finer}
+    extra: dict[str, float] = {"young_modulus": modulus, "rayleigh_fraction": finer_fraction(case, found[0])}
     if not hidden.keys() & {"clump_aspect", "size_spread"}:  # clumps of several sizes are not possible
         extra["size_spread"] = JITTER
     for values in outside:
@@ -79,6 +81,15 @@ def laboratory_requests(
         [ex.request(case, e, at, first_seed + 1000 * i + j, {**hidden, **extra}) for j in range(replicates)]
         for i, e in enumerate(found)
     ]
+
+
+def finer_fraction(case: Case, experiment: ex.Experiment) -> float:
+    """Fraction of the laboratory's Rayleigh time that is FINER times the step of the model, whose grains are softer."""
+    centre = ex.point(case, np.full(len(case.problem.names), 0.5))
+    asked = ex.request(case, experiment, centre, 1)
+    model = {n: float(v) for n, v in asked.parameters.items() if not isinstance(v, str)}
+    stiff = {n: np.array(v) for n, v in {**model, "young_modulus": model["young_modulus"] * STIFFER}.items()}
+    return FINER * time_step(model) / float(rayleigh_time(stiff))
 
 
 def metrology(nuisances: Sequence[Nuisance], rng: np.random.Generator) -> dict[str, float]:

@@ -40,8 +40,7 @@ def steps(request: Request) -> int:
     """
     p = _numbers(request)
     diameter = 2 * p["particle_radius"]
-    rayleigh = float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
-    dt = p["time_step"] or min(p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p))
+    dt = time_step(p)
     settling = 40 * math.sqrt(diameter / GRAVITY)
     filling = settling / 3 + math.sqrt(2 * (p["pouring_height"] + _cloud_height(request, p)) / GRAVITY)
     if request.setup == "hourglass":
@@ -52,6 +51,12 @@ def steps(request: Request) -> int:
     else:
         release = p["lift_height"] / p["lift_speed"]
     return round(min((filling + release + settling) / dt, 1e18))  # a step may be so small that the quotient is infinite
+
+
+def time_step(p: Mapping[str, float]) -> float:
+    """The scripts' time step [s] for grains of one size: yade_scripts/material.py."""
+    rayleigh = float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
+    return p["time_step"] or min(p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p))
 
 
 def contact_time(p: Mapping[str, float]) -> float:

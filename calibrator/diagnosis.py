@@ -24,7 +24,7 @@ from calibrator.discrepancy import (
 from calibrator.files import read_text, write_text
 from calibrator.identification import Explanation
 from calibrator.preflight import powers
-from calibrator.quantities import effect_of
+from calibrator.quantities import EFFECTS, effect_of
 from calibrator.sentences import cannot_tell, sentence
 from calibrator.table import Request
 from calibrator.verdict import Linear, Verdict, judge
@@ -48,16 +48,18 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
     picture = verdict.picture
     tried = _shortlist(verdict)
     runs, notes = _confirming(space, scene, tried, yes, report)
+    explanations = [_explanation(scene, one, own) for one, own in zip(tried, runs, strict=True)]
+    kind, names = _confirmed(verdict, explanations)
     outcome = {
-        "verdict": verdict.kind,
-        "effects": list(verdict.effects),
+        "verdict": kind,
+        "effects": list(names),
         "detection": dict(vars(verdict.detection)),
         "ghost_probability": finite(verdict.ghost),
         "posterior": verdict.posterior,
         "adequacy": verdict.adequacy,
         "observables": _rows(scene, tried, runs),
         "locations": [vars(one) for one in _locations(scene, picture)],
-        "explanations": [_explanation(scene, one, own) for one, own in zip(tried, runs, strict=True)],
+        "explanations": explanations,
         "fingerprints": {
             "effects": [e.name for e in scene.effects],
             "shifts": _shifts(scene, picture),
@@ -70,8 +72,18 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
         "notes": [*scene.notes, *notes],
     }
     outcome["sentence"] = sentence(outcome)
-    outcome["new_case"] = str(_write_new_case(space, scene, verdict)) if verdict.kind == "named" else ""
+    outcome["new_case"] = str(_write_new_case(space, scene, verdict)) if kind == "named" else ""
     return space.note("diagnose", outcome)
+
+
+def _confirmed(verdict: Verdict, explanations: Sequence[dict[str, Any]]) -> tuple[str, tuple[str, ...]]:
+    """Kind and effects of the verdict, once YADE has been asked: a name with which the gap does not shrink is none.
+
+    Only the gap on the data used counts: those held out may show none to begin with, and then grow by chance.
+    """
+    if verdict.kind in ("named", "two effects") and explanations[1]["gap_used"] >= explanations[0]["gap_used"]:
+        return "ambiguous", (*verdict.effects, "unknown")
+    return verdict.kind, verdict.effects
 
 
 def _locations(scene: Scene, picture: Linear) -> list[Location]:
@@ -187,9 +199,10 @@ def _write_new_case(space: Workspace, scene: Scene, verdict: Verdict) -> Path:
     index = [e.name for e in scene.effects].index(name)
     effect = scene.effects[index]
     size, error = verdict.best.amplitude[index], verdict.best.amplitude_error[index]
-    ends = sorted(ex.column_value(effect, size + s * max(3 * error, 0.5 * abs(size))) for s in (-1, 1))
-    if effect.sign == "+":
-        ends[0] = max(ends[0], ex.column_value(effect, 0.0))
+    reach = max(3 * error, 0.5 * abs(size))
+    column = EFFECTS[name]
+    lowest = column.default if effect.sign == "+" else column.low
+    ends = [float(np.clip(ex.column_value(effect, size + s * reach), lowest, column.high)) for s in (-1, 1)]
     folder = space.folder("with_effect")
     text = re.sub(r"(?m)^(shipped|truth_file)\s*=.*\n", "", read_text(case.path))
     text = re.sub(r"(?m)^name\s*=.*$", f'name = "{case.name}_with_{name}"', text, count=1)

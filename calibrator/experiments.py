@@ -15,7 +15,7 @@ from calibrator.identification import LARGEST, Effect, Measured
 from calibrator.lab import Nuisance, Observable
 from calibrator.plan import make_request
 from calibrator.problem import Value
-from calibrator.quantities import EFFECTS, SETUPS, parameters_of
+from calibrator.quantities import EFFECTS, SETUPS, effect_of, parameters_of
 from calibrator.records import Record
 from calibrator.surface import Surfaces, fit_surfaces
 from calibrator.table import Request
@@ -42,9 +42,10 @@ def library(case: Case) -> list[Effect]:
     found = []
     for name in case.diagnosis.effects:
         quantity = EFFECTS[name]
-        assert quantity.effect is not None and quantity.high is not None and isinstance(quantity.default, (int, float))
-        effect, room = quantity.effect, (quantity.high - quantity.default) / quantity.effect.scale
-        found.append(Effect(name, effect.sign, effect.scale, min(LARGEST, room)))
+        effect = effect_of(name)
+        assert quantity.low is not None and quantity.high is not None and isinstance(quantity.default, (int, float))
+        below, above = ((bound - quantity.default) / effect.scale for bound in (quantity.low, quantity.high))
+        found.append(Effect(name, effect.sign, effect.scale, max(-LARGEST, below), min(LARGEST, above), effect.excludes))
     return found
 
 

@@ -25,17 +25,22 @@ VARIANCE_ROUNDS = 2  # the errors of the surfaces depend on where they are used;
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate: its column, its sign, the plausible size that amplitudes count, and how many of those are possible."""
+    """A candidate: its column, its sign, and the plausible size that amplitudes count.
+
+    least, largest : amplitudes that its column can take; excludes : columns that it cannot be combined with.
+    """
 
     name: str
     sign: str
     scale: float
+    least: float = -LARGEST
     largest: float = LARGEST
+    excludes: tuple[str, ...] = ()
 
     @property
     def bounds(self) -> tuple[float, float]:
         """Amplitudes that are fitted, in plausible scales."""
-        return (0.0 if self.sign == "+" else -self.largest, self.largest)
+        return (0.0 if self.sign == "+" else self.least, self.largest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,6 +209,10 @@ def rivals(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], ke
 
 
 def pairs(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], kept: np.ndarray | None = None) -> list[Explanation]:
-    """Every pair of effects, the best first."""
-    fits = [explain(surfaces, measured, effects, two, kept) for two in itertools.combinations(range(len(effects)), 2)]
+    """Every pair of effects that can be combined, the best first."""
+    fits = [
+        explain(surfaces, measured, effects, (i, j), kept)
+        for i, j in itertools.combinations(range(len(effects)), 2)
+        if effects[j].name not in effects[i].excludes and effects[i].name not in effects[j].excludes
+    ]
     return sorted(fits, key=lambda fit: fit.chi2)

@@ -24,7 +24,8 @@ class Effect:
     """A physical effect that a model may lack, and that one parameter switches on.
 
     called : its name in words; sign : "+" or "+-", the signs that its parameter may take; scale : a plausible size in the
-    parameter's unit; removed_by : what would remove it in the laboratory; aliases : parameters that it is mistaken for.
+    parameter's unit; removed_by : what would remove it in the laboratory; aliases : parameters that it is mistaken for;
+    excludes : effects that the scripts cannot combine it with.
     """
 
     called: str
@@ -32,6 +33,7 @@ class Effect:
     scale: float
     removed_by: str
     aliases: tuple[str, ...]
+    excludes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ def _read(section: str) -> dict[str, Quantity]:
         if "choices" in spec:
             spec["choices"] = tuple(spec["choices"])
         if "effect" in spec:
-            spec["effect"] = Effect(**dict(spec["effect"], aliases=tuple(spec["effect"]["aliases"])))
+            lists = {key: tuple(spec["effect"].get(key, ())) for key in ("aliases", "excludes")}
+            spec["effect"] = Effect(**{**spec["effect"], **lists})
         quantities[name] = Quantity(name=name, **spec)
     return quantities
 

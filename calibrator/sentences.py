@@ -38,8 +38,17 @@ def sentence(o: dict[str, Any]) -> str:
         names = " or ".join(
             "nothing" if n == "none" else "something unknown" if n == "unknown" else effect_of(n).called for n in o["effects"]
         )
-        return f"{gap}; what explains it is ambiguous: {names}."
-    return f"{gap}, and no effect of the library explains it: unknown."
+        return f"{gap}; what explains it is ambiguous: {names}. {_next(o)}"
+    return f"{gap}, and no effect of the library explains it: unknown. {_next(o)}"
+
+
+def _next(o: dict[str, Any]) -> str:
+    """What to measure next: without each effect in question, else once more where the gap is."""
+    cures = [effect_of(name).removed_by for name in o["effects"] if name not in ("none", "unknown")]
+    if cures:
+        return f"Next: measure again after {', or after '.join(cures)}; the gap goes with the effect that is there."
+    where = f"{o['locations'][0]['experiment']} under another condition" if o["locations"] else "under another condition"
+    return f"Next: measure {where}, and check the parameters that the case keeps fixed."
 
 
 def _could_have_seen(o: dict[str, Any]) -> str:

@@ -125,10 +125,10 @@ def judge(
     if _nameable(best, found, weights, ghost, rule, len(kept) - surfaces.dimensions):
         return verdict("named", best.effects, best)
     names = _credible_set(weights, rule.coverage)
+    if names == ("unknown",):
+        return verdict("unknown", ())
     if len(names) == 1:  # probable, but not clear of chance or of a rival
         names = (*names, "unknown")
-    if "unknown" in names and weights["unknown"] >= 0.5:
-        return verdict("unknown", ())
     return verdict("ambiguous", names)
 
 
@@ -161,7 +161,9 @@ def _pair(
     """The pair of effects that explains what no single one does, or None."""
     if len(kept) - surfaces.dimensions - 2 < 1 or len(effects) < 2:
         return None
-    best, *others = pairs(surfaces, measured, effects, kept)
+    if not (fits := pairs(surfaces, measured, effects, kept)):
+        return None
+    best, *others = fits
     alone = [one.chi2 for one in found.single if one.effects[0] in best.effects]
     clear = not others or others[0].chi2 > best.chi2 + rule.pair_lead
     worthwhile = all(chi2 > best.chi2 + rule.pair_gain for chi2 in alone)

@@ -38,10 +38,10 @@ def is_on(p, name):
 
 def start(p, between_grains, at_walls, integrator):
     """Apply the effects that change contacts or gravity. Raises BadInput for two that cannot be combined."""
-    if is_on(p, "clump_aspect") and is_on(p, "size_spread"):
-        raise contract.BadInput(
-            "clump_aspect and size_spread cannot be combined: clumps have one size; set one of them to its default"
-        )
+    for name, spec in contract.CONTRACT["parameters"].items():
+        for other in spec.get("effect", {}).get("excludes", []):
+            if is_on(p, name) and is_on(p, other):
+                raise contract.BadInput("%s and %s cannot be combined: set one of them to its default" % (name, other))
     for name, function in _AT_START.items():
         if is_on(p, name):
             function(p, between_grains, at_walls, integrator)
