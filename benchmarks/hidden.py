@@ -5,6 +5,7 @@
     python -m benchmarks.hidden score FOLDER                           open the seal and compare
 
 NAME is a column of the library, "none", "soft_grains" or "inelastic_grains" (both outside the library); without it, it is drawn.
+So is the seed of the truth unless N is given: whoever knows N and NAME knows the truth.
 The laboratory has seeds of its own, a time step of 0.7 and a stiffness of twice the model's, grains of slightly different
 size, and errors of metrology drawn from the case's nuisance table.
 """
@@ -42,7 +43,7 @@ STIFFER, FINER = 2.0, 0.7  # Young's modulus and time step of the laboratory, ov
 JITTER = 0.03  # coefficient of variation of its grains' radius
 # What no effect of the library does: parameters that the case keeps fixed take another value in the laboratory.
 OUTSIDE = {"soft_grains": {"young_modulus": 4e4}, "inelastic_grains": {"restitution": 0.3}}
-LAB_SEED = 900_000_000
+LAB_SEED, SEED_STRIDE, SEEDS = 900_000_000, 10_000, 20_000  # runs of laboratories; hidden_effect.py has those above
 
 
 def truth_of(case: Case, hidden: dict[str, float], rng: np.random.Generator) -> dict[str, Any]:
@@ -146,9 +147,9 @@ def make(folder: Path, hide: str | None, seed: int) -> None:
     write_text(folder / "sealed.json", sealed + "\n")
     found = ex.experiments(case, case.observables)
     with_small = {**truth, "hidden": _added(truth["hidden"], small_effects(case.nuisances, truth["metrology"]))}
-    asked = laboratory_requests(case, with_small, found, LAB_SEED + 10_000 * seed, REPLICATES)
+    asked = laboratory_requests(case, with_small, found, LAB_SEED + SEED_STRIDE * seed, REPLICATES)
     records = run(RunFolder((folder / "laboratory").resolve()), [r for own in asked for r in own], report=ProgressBar(sys.stderr))
-    Database(records).write(folder / "laboratory.csv", f"python -m benchmarks.hidden make {folder.name} --seed {seed}")
+    Database(records).write(folder / "laboratory.csv", f"python -m benchmarks.hidden make {folder.name}")
     by_id = {r.run_id: r for r in records}
     values = [ex.values_of(e, [by_id[r.run_id] for r in own]) for e, own in zip(found, asked, strict=True)]
     fewest = min(map(len, values))
@@ -200,7 +201,7 @@ def main() -> None:
     parser.add_argument("what", choices=("make", "score"))
     parser.add_argument("folder", type=Path)
     parser.add_argument("--hide", choices=(*EFFECTS, "none", *OUTSIDE), help="what to hide; drawn unless given")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, choices=range(SEEDS), default=secrets.randbelow(SEEDS), metavar="N")
     parser.add_argument("--results", type=Path, default=REPO / "results")
     options = parser.parse_args()
     if options.what == "make":

@@ -2,17 +2,20 @@
 
 import json
 import random
+from pathlib import Path
 
 import fake_yade as fake
 import pytest
 
+from calibrator import experiments as ex
 from calibrator.case import read_case
 from calibrator.cli import main
 from calibrator.diagnosis import diagnose
 from calibrator.errors import CalibratorError
-from calibrator.quantities import RESPONSES
+from calibrator.quantities import EFFECTS, RESPONSES
 from calibrator.workflow import Workspace
 
+REPO = Path(__file__).resolve().parents[1]
 TRUTH = {"rolling_friction": 0.25, "sliding_friction": 0.5, "young_modulus": 3e6}
 HELD_OUT = ("ledge_curvature", "pile_apex_rounding")
 SMALL = (
@@ -76,6 +79,13 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held
     assert case.problem.names[-1] == "bond_number"
     assert case.problem.low[-1] < 0.6 < case.problem.high[-1]
     assert main(["check", found["new_case"], "--results", str(tmp_path / "again")]) == 0
+
+
+def test_amplitudes_end_where_their_columns_do():
+    for effect in ex.library(read_case(REPO / "cases" / "missing_effect.toml")):
+        quantity = EFFECTS[effect.name]
+        for bound in effect.bounds:
+            assert quantity.low - 1e-12 <= ex.column_value(effect, bound) <= quantity.high + 1e-12
 
 
 def test_where_nothing_is_hidden_no_gap_is_reported_with_what_would_have_been_seen(space):

@@ -1,10 +1,12 @@
 """Verdicts on measurements of a made-up world in which the truth is known."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from toy_world import COUNT, EFFECTS, World
 
-from calibrator.identification import explain
+from calibrator.identification import explain, pairs
 from calibrator.verdict import Rule, judge
 
 ALL = np.arange(COUNT)
@@ -52,6 +54,14 @@ def test_two_effects_at_once_are_told_from_one(world, surfaces):
     two = [v for v in verdicts if v.kind == "two effects"]
     assert len(two) >= 3 and {v.effects for v in two} == {("adhesion", "tilt")}
     assert "named" not in {v.kind for v in verdicts}
+
+
+def test_pairs_that_cannot_be_combined_are_not_tried(world, surfaces):
+    rng = np.random.default_rng(1)
+    measured = world.measure(surfaces, rng, sizes=(1.5, 0, -1.5, 0))
+    alone = [dataclasses.replace(e, excludes=("tilt",) if e.name == "adhesion" else ()) for e in EFFECTS]
+    tried = {fit.effects for fit in pairs(surfaces, measured, alone)}
+    assert ("adhesion", "tilt") not in tried and len(tried) == 5
 
 
 def test_with_few_observables_it_cannot_tell(world, surfaces):
