@@ -317,10 +317,11 @@ def runs_block(sources: Sources) -> str:
     found = sources.measured("runs_needed")
     for parameters in ("2", "5"):
         for name, own in found[parameters].items():
-            ways = [_needed(own[way], own["seeds"]) if way in own else "" for way in ("verified", "by_itself")]
+            peer = "by_itself" in own
+            ways = [own["verified"] if peer else own, own.get("by_itself"), own if peer else own.get("oracle")]
             error = f"{own['worst_relative_error_median']:.1%}"
-            rows.append([parameters, name, _needed(own, own["seeds"]), *ways, error])
-    head = ["parameters", "method", "runs, median (failures)", "verified each round", "stopping by itself", "worst error, median"]
+            rows.append([parameters, name, *(_needed(way, own["seeds"]) if way else "" for way in ways), error])
+    head = ["parameters", "method", "verified: runs, median (failures)", "by its own rule", "by an oracle", "worst error, median"]
     return table(head, rows)
 
 
