@@ -214,6 +214,19 @@ def table8_full_block(sources: Sources) -> str:
     return table(head, rows) + f"\n\nMeasured: {found['measured']}°. Angles in degrees; ± is the standard error of three seeds."
 
 
+def pile_block(sources: Sources) -> str:
+    """The paper's individual D in piles of several sizes."""
+    found = sources.measured("pile_scale")
+    rows = []
+    for size, own in found["sizes"].items():
+        keys = ("pile_angle_of_repose_deg", "pile_equivalent_angle_deg")
+        cells = [with_error(own[k]["mean"], own[k]["standard_error"]) for k in keys]
+        rows.append([size, str(own["grains"]), str(own["runs"]), *cells])
+    paper = found["paper"]
+    rows.append([f"{paper['diameter'] * 1e3:g} mm, the paper's", "", "1", f"{paper['pile_angle_of_repose_deg']:g}", ""])
+    return table(["cylinder", "grains", "runs", "fitted angle [°]", "equivalent angle [°]"], rows)
+
+
 # Statistics
 
 
@@ -365,6 +378,7 @@ BLOCKS: dict[str, tuple[Callable[[Sources], str], str]] = {
     "table 6": (table6_block, "make paper"),
     "table 7": (table7_block, "make paper"),
     "tables 8 and 9": (table89_block, "make paper"),
+    "pile": (pile_block, "python -m benchmarks.pile_scale"),
     "table 8 at full scale": (table8_full_block, "python benchmarks/ledge_full_scale.py"),
     "sensitivity": (sensitivity_block, "make paper"),
     "coverage": (coverage_block, "python -m benchmarks.coverage"),
