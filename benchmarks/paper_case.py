@@ -10,6 +10,7 @@ import json
 import re
 import shutil
 import tomllib
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from calibrator.coordinates import Coordinates, fit_responses
 from calibrator.database import response_table
 from calibrator.plan import design_points
 from calibrator.problem import Problem
+from calibrator.records import Record
 from calibrator.workflow import Workspace, database_records
 
 REPO = Path(__file__).resolve().parent.parent
@@ -99,28 +101,17 @@ def workspace(path: Path) -> Workspace:
 
 
 def database_block(sources: Sources) -> str:
-    """Sets, replicates, failures."""
-    records = database_records(sources.space)
-    sets: dict[tuple[Any, ...], int] = {}
-    for r in records:
-        key = tuple(r.request.parameters[n] for n in sources.case.problem.names)
-        sets[key] = sets.get(key, 0) + 1
-    statuses = {k: sum(r.status == k for r in records) for k in sorted({r.status for r in records})}
+    """Sets, replicates, outcomes."""
+    head = ["database", "parameter sets", "with 3 or more runs", "runs", "by outcome"]
+    rows = [("Sobol", database_records(sources.space)), ("grid", database_records(workspace(GRID)))]
+    return table(head, [[name, *_counted(records, sources.case.problem.names)] for name, records in rows])
+
+
+def _counted(records: list[Record], names: list[str]) -> list[str]:
+    sets = Counter(tuple(r.request.value(n) for n in names) for r in records)
+    outcomes = Counter(r.status for r in records)
     replicated = sum(n >= 3 for n in sets.values())
-    on_grid = database_records(workspace(GRID))
-    return table(
-        ["database", "parameter sets", "with 3 or more runs", "runs", "by outcome"],
-        [
-            ["Sobol", str(len(sets)), str(replicated), str(len(records)), ", ".join(f"{v} {k}" for k, v in statuses.items())],
-            [
-                "grid",
-                str(len({r.run_id for r in on_grid})),
-                "0",
-                str(len(on_grid)),
-                f"{sum(r.status == 'ok' for r in on_grid)} ok",
-            ],
-        ],
-    )
+    return [str(len(sets)), str(replicated), str(len(records)), ", ".join(f"{v} {k}" for k, v in sorted(outcomes.items()))]
 
 
 # The paper's tables
@@ -234,19 +225,30 @@ def cross_validated(sources: Sources) -> dict[str, dict[str, float]]:
     """{method: {response: rms error over the response's standard deviation}}, always on runs that the fit has not seen.
 
     The grid is at the mean density of the box: with similarity it speaks for all densities, up to the moduli that it covers.
+    A grid point whose runs all clogged has no rate: runs in the cells around it are left out of the comparison.
     """
     problem, keys = sources.case.problem, [t.key for t in sources.case.problem.targets]
-    grid_points, grid_values = response_table(problem, database_records(workspace(GRID)), keys)
-    if len(grid_points) < len(design_points(read_case(GRID))):
+    records = database_records(workspace(GRID))
+    grid_points, grid_values = response_table(problem, records, keys)
+    asked = np.unique([[float(r.request.value(n)) for n in problem.names] for r in records], axis=0)
+    if len(asked) < len(design_points(read_case(GRID))):
         raise FileNotFoundError(f"{GRID.name} has not been run to its end")
+    holes = np.array([one for one in asked if not (grid_points == one).all(axis=1).any()]).reshape(-1, len(problem.names))
     points, values = response_table(problem, database_records(sources.space), keys)
     stiffness = Coordinates(problem, collapsed=True).inward(points)[:, -1]
     covered = Coordinates(problem, collapsed=True).inward(grid_points)[:, -1]
     within = (stiffness >= covered.min()) & (stiffness <= covered.max())
+    full_points = np.vstack([grid_points, holes])
+    is_hole = (np.arange(len(full_points)) >= len(grid_points)).astype(float)[:, None]
+    near_hole = fit_responses(problem, full_points, is_hole, keys[:1], "multilinear", similarity=True)
     points, values = points[within], values[within]
+    apart = near_hole.predict(points)[:, 0] == 0
+    points, values = points[apart], values[apart]
+    filled_in = np.vstack([grid_values, np.repeat(grid_values.mean(axis=0)[None], len(holes), axis=0)])  # nothing asks there
     found = {}
     for method, words in (("multilinear", "multilinear"), ("process", "Gaussian process")):
-        model = fit_responses(problem, grid_points, grid_values, keys, method, similarity=True)
+        runs = (full_points, filled_in) if method == "multilinear" else (grid_points, grid_values)
+        model = fit_responses(problem, *runs, keys, method, similarity=True)
         found[f"{words} on the grid's {len(grid_points)} runs"] = model.predict(points)
     found[f"Gaussian process on {FOLDS - 1} of {FOLDS} parts of the Sobol runs"] = _by_folds(problem, points, values, keys)
     return {name: _rms(values, predicted, keys) for name, predicted in found.items()}
