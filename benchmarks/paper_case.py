@@ -366,9 +366,9 @@ def unreachable_block(sources: Sources) -> str:
     rows = []
     for parameters, methods in sources.measured("runs_needed")["unreachable"].items():
         for name, own in methods.items():
-            said = " ".join(own["said"].split()).replace("|", "/")
+            said = " ".join(re.sub("={4,}", "", own["said"]).split()).replace("|", "/")
             flagged = f"{own['flagged']} of {own['seeds']}"
-            cells = [f"{own['median_runs']:g}", f"{own['worst_relative_error_median']:.1%}", said[:160]]
+            cells = [f"{own['median_runs']:g}", f"{own['worst_relative_error_median']:.1%}", said[:230]]
             rows.append([parameters, name, flagged, *cells])
     return table(["parameters", "method", "says so", "runs", "worst error", "last words"], rows)
 
