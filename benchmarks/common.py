@@ -5,18 +5,24 @@ from __future__ import annotations
 import argparse
 import json
 import platform
+import sys
 import time
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from calibrator.cli import ProgressBar
+from calibrator.database import Database
 from calibrator.design import sobol
 from calibrator.gaussian_process import GaussianProcess
 from calibrator.problem import Parameter, Problem, Target
+from calibrator.records import Record
+from calibrator.runner import RunFolder, run
+from calibrator.table import Request
 
 RESULTS = Path(__file__).parent / "results"
 RESPONSES = ("hourglass.bulk_density", "hourglass.discharge_time", "hourglass.drained_angle_of_repose_deg")
@@ -88,6 +94,15 @@ def peak_memory(function: Callable[[], Any]) -> float:
 def power(sizes: list[int], seconds: list[float]) -> float:
     """Slope of log time over log size by least squares: 1 is linear growth."""
     return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+
+
+def shipped_or_run(shipped: Path, folder: RunFolder, wanted: Sequence[Request], command: str) -> list[Record]:
+    """Records of the wanted runs: those of a shipped database, the rest made in a folder; the database is then written anew."""
+    there = Database.read(shipped).find(wanted) if shipped.exists() else []
+    known = {r.run_id for r in there}
+    records = [*there, *run(folder, [r for r in wanted if r.run_id not in known], report=ProgressBar(sys.stderr))]
+    Database(records).write(shipped, command)
+    return records
 
 
 def write(name: str, results: dict[str, Any], folder: Path = RESULTS) -> None:

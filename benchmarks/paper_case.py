@@ -215,7 +215,11 @@ def pile_block(sources: Sources) -> str:
         rows.append([size, str(own["grains"]), str(own["runs"]), *cells])
     paper = found["paper"]
     rows.append([f"{paper['diameter'] * 1e3:g} mm, the paper's", "", "1", f"{paper['pile_angle_of_repose_deg']:g}", ""])
-    return table(["cylinder", "grains", "runs", "fitted angle [°]", "equivalent angle [°]"], rows)
+    sizes = [1 / float(size.split()[0]) for size in found["sizes"]]
+    angles = [own["pile_angle_of_repose_deg"]["mean"] for own in found["sizes"].values()]
+    at_paper = np.polyval(np.polyfit(sizes, angles, 1), 1e-3 / paper["diameter"])
+    words = f"A line through the fitted angles over one over the diameter ends at {at_paper:.1f}° for the paper's cylinder."
+    return table(["cylinder", "grains", "runs", "fitted angle [°]", "equivalent angle [°]"], rows) + "\n\n" + words
 
 
 # Statistics

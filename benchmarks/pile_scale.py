@@ -7,16 +7,13 @@ The cylinder is filled as high as it is wide, as in the reduced case, whose pile
 wide and filled to 20 mm.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import write
+from benchmarks.common import shipped_or_run, write
 from calibrator.case import read_case
-from calibrator.cli import ProgressBar
-from calibrator.database import Database
-from calibrator.runner import RunFolder, run
+from calibrator.runner import RunFolder
 from calibrator.table import Request
 
 REPO = Path(__file__).resolve().parent.parent
@@ -39,10 +36,7 @@ def main() -> None:
     """Run what is missing, then compare."""
     asked = {diameter: requests(diameter) for diameter in SEEDS}
     wanted = [r for own in asked.values() for r in own]
-    shipped = Database.read(SHIPPED).records if SHIPPED.exists() else {}
-    records = [shipped[r.run_id] for r in wanted if r.run_id in shipped]
-    records += run(FOLDER, [r for r in wanted if r.run_id not in shipped], report=ProgressBar(sys.stderr))
-    Database(records).write(SHIPPED, "python -m benchmarks.pile_scale")
+    records = shipped_or_run(SHIPPED, FOLDER, wanted, "python -m benchmarks.pile_scale")
     good, found = {r.run_id: r for r in records if r.status == "ok"}, {}
     for diameter, own in asked.items():
         there = [good[r.run_id] for r in own if r.run_id in good]

@@ -9,19 +9,16 @@ E / rho_p and the same filled mass, which is what taking the density out of the 
 then a few more, which leaves a difference beside the seed noise; its mean over the sets is "in_use_mean".
 """
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.common import write
+from benchmarks.common import shipped_or_run, write
 from calibrator.case import read_case
-from calibrator.cli import ProgressBar
-from calibrator.database import Database
 from calibrator.quantities import RESPONSES
 from calibrator.records import Record
-from calibrator.runner import RunFolder, run
+from calibrator.runner import RunFolder
 from calibrator.table import Request
 
 REPO = Path(__file__).resolve().parent.parent
@@ -85,10 +82,7 @@ def main() -> None:
     """Run what is missing, then compare."""
     asked = requests()
     wanted = [r for own in asked.values() for kind in own.values() for r in kind]
-    shipped = Database.read(SHIPPED).records if SHIPPED.exists() else {}
-    missing = [r for r in wanted if r.run_id not in shipped]
-    records = [shipped[r.run_id] for r in wanted if r.run_id in shipped] + run(FOLDER, missing, report=ProgressBar(sys.stderr))
-    Database(records).write(SHIPPED, "python -m benchmarks.similarity")
+    records = shipped_or_run(SHIPPED, FOLDER, wanted, "python -m benchmarks.similarity")
     by_id = {r.run_id: r for r in records}
     found: dict[str, Any] = {}
     for label, own in asked.items():
