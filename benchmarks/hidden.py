@@ -4,7 +4,7 @@
     calibrator diagnose FOLDER/case.toml                               sees the lab file only
     python -m benchmarks.hidden score FOLDER                           open the seal and compare
 
-NAME is a column of the library, "none", "soft_grains" or "inelastic_grains" (both outside the library); without it, it is drawn.
+NAME is a column of the library, "none", "soft_grains" or "fast_lift" (both outside the library); without it, it is drawn.
 So is the seed of the truth unless N is given: whoever knows N and NAME knows the truth.
 The laboratory has seeds of its own, a time step of 0.7 and a stiffness of twice the model's, grains of slightly different
 size, and errors of metrology drawn from the case's nuisance table.
@@ -42,7 +42,7 @@ REPLICATES = 5
 STIFFER, FINER = 2.0, 0.7  # Young's modulus and time step of the laboratory, over the model's
 JITTER = 0.03  # coefficient of variation of its grains' radius
 # What no effect of the library does: parameters that the case keeps fixed take another value in the laboratory.
-OUTSIDE = {"soft_grains": {"young_modulus": 4e4}, "inelastic_grains": {"restitution": 0.3}}
+OUTSIDE = {"soft_grains": {"young_modulus": 4e4}, "fast_lift": {"lift_speed": 0.16}}
 LAB_SEED, SEED_STRIDE, SEEDS = 900_000_000, 10_000, 20_000  # runs of laboratories; hidden_effect.py has those above
 
 

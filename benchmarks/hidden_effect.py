@@ -1,7 +1,8 @@
 """How often is the verdict right? Measurements in which an effect is hidden, from pools of real YADE runs.
 
     calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv, grid/missing_effect.csv
-    python -m benchmarks.hidden_effect run                 carry out the pools (resumable), hours: grid/missing_effect_pools.csv
+    python -m benchmarks.hidden_effect run [N [CLASS]]     carry out the pools (resumable), hours: grid/missing_effect_pools.csv;
+                                                           only the first N runs of each, of classes whose label begins so
     python -m benchmarks.hidden_effect                     judge them: benchmarks/results/hidden_effect.json
 
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong amplitude, an effect outside the
@@ -53,7 +54,7 @@ POOLS = REPO / "grid" / "missing_effect_pools.csv"
 AMPLITUDES = {"weak": 0.4, "middling": 0.8, "strong": 1.5}
 CONTROL = "twisting_stiffness"  # not expected to be identifiable: one class only
 PAIRS = (("bond_number", "neck_error"), ("clump_aspect", "tilt_deg"))
-NOTHING, MORE_NOTHING = 4, 16  # classes with nothing hidden, at different parameters
+NOTHING = 20  # classes with nothing hidden, at different parameters
 POOL = 10  # runs of every experiment in a pool
 TRIALS = 20  # of a class
 FIRST_SEED = 1_100_000_000
@@ -102,7 +103,6 @@ def classes(case: Case) -> list[Class]:
                 wanted.append((name, strength, {name: ex.column_value(effect, sign * size)}))
     wanted += [(name, "outside", {name: 1.0}) for name in OUTSIDE]
     wanted += [(" and ".join(two), "pair", {n: ex.column_value(effects[n], 1.5) for n in two}) for two in PAIRS]
-    wanted += [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
     found = ex.experiments(case, case.observables)
     made = []
     for index, (label, strength, hidden) in enumerate(wanted):
@@ -356,14 +356,17 @@ def main() -> None:
     case = read_case(CASE)
     everything = classes(case)
     asked = [r for c in everything for own in c.requests for r in own]
-    if sys.argv[1:] == ["run"]:
-        run(FOLDER, asked, report=ProgressBar(sys.stderr))
+    what, *some = sys.argv[1:] or ["judge"]
+    if what == "run":
+        most, label = int(some[0]) if some else POOL, some[1] if some[1:] else ""
+        now = [r for c in everything if c.label.startswith(label) for own in c.requests for r in own[:most]]
+        run(FOLDER, now, report=ProgressBar(sys.stderr))
     there = Database.read(POOLS).find(asked) if POOLS.exists() else []
     pools = Database({r.run_id: r for r in [*there, *gather(FOLDER, asked)]}.values())
-    if not len(pools) or (not sys.argv[1:] and not SHIPPED.exists()):
+    if not len(pools) or (what != "run" and not SHIPPED.exists()):
         sys.exit("no runs to judge: see the commands at the top of this file")
     pools.write(POOLS, "python -m benchmarks.hidden_effect run")
-    if sys.argv[1:] == ["run"]:
+    if what == "run":
         return
     trials = judged_trials(case, everything, pools, Database.read(SHIPPED))
     results = {**rates(trials), "confusion": matrix(trials), "amplitudes": amplitudes(trials), "pool": POOL}

@@ -161,7 +161,8 @@ class Diagnosis:
     """Runs that the search for a missing effect is made from, in each experiment.
 
     sets with replicates of the model as it is, the same sets once more with other seeds as baseline of the fingerprints, and
-    effect_sets of each effect at different amplitudes. effects : columns of the library, all unless given. nuisances : table of
+    effect_sets of each effect at different amplitudes. effects : columns of the library, all unless given. scales : plausible
+    sizes by column, in its unit, where they are not the library's: drag matters to fine sand, not to coarse. nuisances : table of
     the metrology's errors. verify_replicates : fresh seeds of the model before and after. budget_core_hours : more than
     that is not spent without --yes.
     """
@@ -175,10 +176,19 @@ class Diagnosis:
     nuisances: str = ""
     shipped: str = ""
     budget_core_hours: float = 2.0
+    scales: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in self.effects:
             known(name, EFFECTS, "effect in diagnosis.effects")
+        for name, size in self.scales.items():
+            known(name, self.effects, "effect in diagnosis.scales")
+            column = EFFECTS[name]
+            assert column.high is not None and isinstance(column.default, (int, float))
+            if not 0 < size <= column.high - column.default:
+                raise CalibratorError(
+                    f"diagnosis.scales.{name} = {size:g}: give a size above 0 and at most {column.high - column.default:g}"
+                )
         if len(set(self.effects)) < len(self.effects) or not self.effects:
             raise CalibratorError("diagnosis.effects is empty or names one twice: name each effect once")
         _within("diagnosis", self, sets=(4, 1000), replicates=(1, 99), effect_sets=(4, 1000), verify_replicates=(2, 99))
@@ -355,6 +365,8 @@ def _typed(where: str, annotation: str, value: Any) -> Any:
         return tuple(value)
     if annotation == "float" and isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
+    if annotation == "dict[str, float]" and isinstance(value, dict):
+        return {name: _typed(f"{where}.{name}", "float", one) for name, one in value.items()}
     if annotation == "int" and isinstance(value, int) and not isinstance(value, bool):
         return value
     if annotation == "bool" and isinstance(value, bool):

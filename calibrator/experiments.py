@@ -44,8 +44,9 @@ def library(case: Case) -> list[Effect]:
         quantity = EFFECTS[name]
         effect = effect_of(name)
         assert quantity.low is not None and quantity.high is not None and isinstance(quantity.default, (int, float))
-        below, above = ((bound - quantity.default) / effect.scale for bound in (quantity.low, quantity.high))
-        found.append(Effect(name, effect.sign, effect.scale, max(-LARGEST, below), min(LARGEST, above), effect.excludes))
+        scale = case.diagnosis.scales.get(name, effect.scale)
+        below, above = ((bound - quantity.default) / scale for bound in (quantity.low, quantity.high))
+        found.append(Effect(name, effect.sign, scale, max(-LARGEST, below), min(LARGEST, above), effect.excludes))
     return found
 
 
