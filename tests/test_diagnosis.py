@@ -187,3 +187,16 @@ def test_a_mistake_with_conditions_is_named_with_its_remedy(write_case, tmp_path
     (tmp_path / "nuisances.csv").write_text(NUISANCES)
     with pytest.raises(CalibratorError, match=why):
         read_case(write_case(SMALL, lab=lab().replace(old, new)))
+
+
+def test_a_case_has_its_own_plausible_size_of_an_effect(write_case, tmp_path):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES)
+    case = read_case(write_case(("[run]", f"{SMALL[1][:-5]}[diagnosis.scales]\nbed_viscosity = 4e-3\n[run]"), lab=lab()))
+    drag = next(e for e in ex.library(case) if e.name == "bed_viscosity")
+    assert ex.column_value(drag, 1.5) == pytest.approx(6e-3)
+
+
+@pytest.mark.parametrize(("scales", "message"), [("bed_viscosity = 0.0", "above 0"), ("tilt_deg = 3.0", "diagnosis.scales")])
+def test_a_size_that_cannot_be_is_refused(write_case, scales, message):
+    with pytest.raises(CalibratorError, match=message):
+        read_case(write_case(("[run]", f"{SMALL[1][:-5]}[diagnosis.scales]\n{scales}\n[run]"), lab=lab()))

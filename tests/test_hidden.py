@@ -105,3 +105,11 @@ def test_a_balance_that_is_off_moves_weights_and_nothing_else(case):
     moved = {o.response for o in reported if o.value != 2.0}
     assert moved == {"mass_flow_rate"}
     assert {o.value for o in reported if o.response in moved} == {2.0 + 0.003 * 2.0}
+
+
+def test_an_outside_effect_reaches_the_runs_that_it_concerns(case):
+    found = ex.experiments(case, case.observables)
+    for name, (column, value) in {n: next(iter(own.items())) for n, own in hidden.OUTSIDE.items()}.items():
+        truth = hidden.truth_of(case, {name: 1.0}, np.random.default_rng(1))
+        runs = [r for own in hidden.laboratory_requests(case, truth, found, hidden.LAB_SEED, 1) for r in own]
+        assert {r.parameters[column] for r in runs if column in r.parameters} == {value}

@@ -33,7 +33,7 @@ def test_the_page_has_every_key_with_its_default(section):
         if isinstance(f.default, tuple):
             assert own == "all" or own == ", ".join(f.default)
         elif f.default is dataclasses.MISSING:
-            assert own == "required"
+            assert own == ("required" if f.default_factory is dataclasses.MISSING else "none")
         else:
             assert own.split(" (")[0] == (
                 "none" if f.default == "" else f"{f.default:g}" if isinstance(f.default, float) else str(f.default).lower()
