@@ -17,7 +17,7 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,10 +42,11 @@ from calibrator.database import Database
 from calibrator.design import sobol
 from calibrator.discrepancy import Gap
 from calibrator.identification import Effect, Explanation, Measured, rivals
+from calibrator.preflight import powers
 from calibrator.runner import RunFolder, gather, run
 from calibrator.surface import Surfaces
 from calibrator.table import Request
-from calibrator.verdict import Verdict, judge
+from calibrator.verdict import Verdict, judge, linear
 
 REPO = Path(__file__).resolve().parent.parent
 CASE = REPO / "cases" / "missing_effect.toml"
@@ -351,6 +352,25 @@ def amplitudes(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     ]
 
 
+def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
+    """What each effect must be to be seen and named, at the centre of the box, beside the strong amplitude of the classes."""
+    centre, none = np.full(judged.surfaces.dimensions, 0.5), np.zeros(len(judged.effects))
+    values = judged.surfaces.mean(centre, none)[0]
+    ordered = ex.in_order(case.observables, ex.experiments(case, case.observables))
+    imagined = [replace(o, value=float(v), scatter=0.0, replicates=REPLICATES) for o, v in zip(ordered, values, strict=True)]
+    slopes = judged.surfaces.jacobian(centre, none)[:, judged.surfaces.dimensions :]
+    measured = ex.measured(imagined, case.nuisances, judged.surfaces, slopes, judged.effects).only(judged.used)
+    picture = linear(judged.surfaces, measured, judged.effects, judged.used)
+    return [{**own, "strong": AMPLITUDES["strong"] * own["scale"]} for own in powers(judged.effects, picture)]
+
+
+def fewest(case: Case, everything: Sequence[Class], pools: Database) -> int:
+    """Complete runs of an experiment in the smallest pool that is judged."""
+    found = ex.experiments(case, case.observables)
+    sizes = [min(len(ex.values_of(e, pools.find(own))) for e, own in zip(found, c.requests, strict=True)) for c in everything]
+    return min((n for n in sizes if n >= REPLICATES), default=0)
+
+
 def main() -> None:
     """Carry out the pools, or judge them."""
     case = read_case(CASE)
@@ -368,8 +388,15 @@ def main() -> None:
     pools.write(POOLS, "python -m benchmarks.hidden_effect run")
     if what == "run":
         return
-    trials = judged_trials(case, everything, pools, Database.read(SHIPPED))
-    results = {**rates(trials), "confusion": matrix(trials), "amplitudes": amplitudes(trials), "pool": POOL}
+    shipped = Database.read(SHIPPED)
+    trials = judged_trials(case, everything, pools, shipped)
+    results = {
+        **rates(trials),
+        "confusion": matrix(trials),
+        "amplitudes": amplitudes(trials),
+        "smallest": smallest(case, library(case, shipped)),
+        "fewest_runs_of_a_pool": fewest(case, everything, pools),
+    }
     # a median over no trial is none, and JSON has no NaN
     write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
 

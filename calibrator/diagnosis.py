@@ -68,7 +68,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
             "likelihood_ratios": [float(x) for x in picture.prints.likelihood_ratios(picture.residual)],
         },
         "ghosts": _ghosts(picture, rng),
-        "powers": powers(scene, picture),
+        "powers": powers(scene.effects, picture),
         "notes": [*scene.notes, *notes],
     }
     outcome["sentence"] = sentence(outcome)

@@ -126,9 +126,10 @@ def _changes(case: Case, index: int, experiment: Experiment, effects: Sequence[E
 
 
 def amplitude(effect: Effect, index: int) -> float:
-    """Amplitude of the index-th run of an effect; of both signs, where both make sense."""
+    """Amplitude of the index-th run of an effect; of both signs, where both make sense, and within the effect's bounds."""
     size = AMPLITUDES[index % len(AMPLITUDES)]
-    return size if effect.sign == "+" or index // len(AMPLITUDES) % 2 == 0 else -size
+    signed = size if effect.sign == "+" or index // len(AMPLITUDES) % 2 == 0 else -size
+    return min(max(signed, effect.least), effect.largest)
 
 
 def column_value(effect: Effect, size: float) -> float:

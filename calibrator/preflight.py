@@ -14,7 +14,7 @@ from calibrator.discrepancy import (
     smallest_detectable,
     smallest_nameable,
 )
-from calibrator.identification import Measured
+from calibrator.identification import Effect, Measured
 from calibrator.lab import Observable
 from calibrator.quantities import EFFECTS, effect_of
 from calibrator.verdict import Linear, judge, linear
@@ -43,7 +43,7 @@ def preflight(space: Workspace, report: Report = silent, yes: bool = False) -> d
     outcome = {
         "observables": [scene.observables[i].key for i in own],
         "degrees": picture.project.degrees,
-        "effects": powers(scene, picture),
+        "effects": powers(scene.effects, picture),
         "confusability": [[float(c) for c in row] for row in picture.prints.confusability],
         "self_test": self_test(scene, own) if picture.project.degrees >= FEWEST_DEGREES else {},
         "further_experiments": helps,
@@ -74,11 +74,12 @@ def _gain(before: Linear, after: Linear) -> float:
     return float(np.log(high / low).mean())
 
 
-def powers(scene: Scene, picture: Linear) -> list[dict[str, Any]]:
+def powers(effects: Sequence[Effect], picture: Linear) -> list[dict[str, Any]]:
     """What each effect would have to be to be seen, and to be named, in its own unit."""
-    d, slopes = scene.surfaces.dimensions, picture.slopes
+    slopes = picture.slopes
+    d = slopes.shape[1] - len(effects)
     hidden = absorbed_shares(slopes[:, d:], picture.none.covariance, slopes[:, :d])
-    cosines = picture.prints.confusability - np.eye(len(scene.effects))
+    cosines = picture.prints.confusability - np.eye(len(effects))
     seen, named = smallest_detectable(picture.prints), smallest_nameable(picture.prints)
     return [
         {
@@ -89,10 +90,10 @@ def powers(scene: Scene, picture: Linear) -> list[dict[str, Any]]:
             "smallest_detectable": finite(seen[i] * e.scale),
             "smallest_nameable": finite(named[i] * e.scale),
             "absorbed": float(hidden[i]),
-            "alias": scene.effects[int(cosines[i].argmax())].name if len(scene.effects) > 1 else "",
+            "alias": effects[int(cosines[i].argmax())].name if len(effects) > 1 else "",
             "alias_cosine": float(cosines[i].max()),
         }
-        for i, e in enumerate(scene.effects)
+        for i, e in enumerate(effects)
     ]
 
 
