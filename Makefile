@@ -1,5 +1,6 @@
 # make demo   install what is missing, calibrate a sand on real YADE runs, write the report   (FRESH=1: no shipped runs)
 # make paper  the reference paper's case: calibrate on the shipped runs, fill docs/paper_case.md   (AFRESH=1: verify on YADE anew)
+# make hidden a laboratory on YADE in which moisture is hidden, its diagnosis, and the score   (HIDE=none, soft_grains, ...)
 # make test   install what is missing, run all checks and tests   (make test-cluster: those of --engine slurm alone)
 # make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
 PYTHON ?= python3
@@ -8,7 +9,10 @@ BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo paper test test-cluster lint lab yade slurm lock clean
+HIDE ?= bond_number
+SECRET := results/laboratories/secret_$(HIDE)
+
+.PHONY: demo paper hidden test test-cluster lint lab yade slurm lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -16,6 +20,11 @@ paper: yade $(VENV)/.done
 	$(BIN)/calibrator all cases/quartz_sand_reduced.toml $(if $(AFRESH),--verify-afresh) || [ $$? = 1 ]  # 1: verified, and missed
 	$(BIN)/calibrator run cases/quartz_sand_adaptive.toml
 	$(BIN)/python -m benchmarks.paper_case
+
+hidden: yade $(VENV)/.done
+	$(BIN)/python -m benchmarks.hidden make $(SECRET) --hide $(HIDE)
+	$(BIN)/calibrator diagnose $(SECRET)/case.toml
+	$(BIN)/python -m benchmarks.hidden score $(SECRET)
 
 test: yade slurm $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q
