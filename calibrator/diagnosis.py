@@ -21,6 +21,7 @@ from calibrator.discrepancy import (
     ghost_shares,
     localise,
 )
+from calibrator.errors import CalibratorError
 from calibrator.files import read_text, write_text
 from calibrator.identification import Explanation
 from calibrator.preflight import powers
@@ -47,7 +48,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
         return space.note("diagnose", cannot_tell(len(scene.used), len(case.problem.names), scene.notes))
     picture = verdict.picture
     tried = _shortlist(verdict)
-    runs, notes = _confirming(space, scene, tried, yes, report)
+    tried, runs, notes = _confirming(space, scene, tried, yes, report, essential=1 + (verdict.best is not None))
     explanations = [_explanation(scene, one, own) for one, own in zip(tried, runs, strict=True)]
     kind, names = _confirmed(verdict, explanations)
     outcome = {
@@ -117,15 +118,28 @@ def _shortlist(verdict: Verdict) -> list[Explanation]:
 
 
 def _confirming(
-    space: Workspace, scene: Scene, tried: Sequence[Explanation], yes: bool, report: Report
-) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[str]]:
-    """Fresh YADE runs at each explanation: mean responses (n,) and runs behind them; and sentences on runs left out."""
+    space: Workspace, scene: Scene, tried: Sequence[Explanation], yes: bool, report: Report, essential: int
+) -> tuple[list[Explanation], list[tuple[np.ndarray, np.ndarray]], list[str]]:
+    """Fresh YADE runs at each explanation: mean responses (n,) and runs behind them; and sentences on runs left out.
+
+    A rival all of whose runs of an experiment fail, as by clogging where the laboratory's grains flowed, is left out and said so.
+    Raises CalibratorError where that happens to one of the first `essential` ones, without which there is nothing to show.
+    """
     requests = [_fresh(space, scene, one, index) for index, one in enumerate(tried)]
     records = carried_out(space, [r for one in requests for own in one for r in own], yes, report)
     Database(records.values()).write(space.folder() / "diagnosis_confirmed.csv", made_by(space, "diagnose"))
     found = [by_experiment(records, own) for own in requests]
     notes = [note for own in found for e, r in zip(scene.experiments, own, strict=True) for note in ex.left_out(e, r)]
-    return [ex.means(scene.experiments, own) for own in found], notes
+    kept, runs = [], []
+    for index, (one, own) in enumerate(zip(tried, found, strict=True)):
+        try:
+            runs.append(ex.means(scene.experiments, own))
+            kept.append(one)
+        except CalibratorError as error:
+            if index < essential:
+                raise
+            notes.append(f"{' and '.join(one.effects)} as a rival could not be run at its best parameters: {error}")
+    return kept, runs, notes
 
 
 def _fresh(space: Workspace, scene: Scene, one: Explanation, index: int) -> list[list[Request]]:
