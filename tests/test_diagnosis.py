@@ -10,12 +10,14 @@ import pytest
 from calibrator import experiments as ex
 from calibrator.case import read_case
 from calibrator.cli import main
-from calibrator.diagnosis import diagnose
+from calibrator.diagnosis import CONFIRM_SEED, diagnose
 from calibrator.errors import CalibratorError
 from calibrator.quantities import EFFECTS, RESPONSES
+from calibrator.sentences import sentence
 from calibrator.workflow import Workspace
 
 REPO = Path(__file__).resolve().parents[1]
+AMBIGUOUS = '{"verdict": "ambiguous", "detection": {"p_effect": 0.01, "p_chi2": 0.01}, "locations": []}'
 TRUTH = {"rolling_friction": 0.25, "sliding_friction": 0.5, "young_modulus": 3e6}
 HELD_OUT = ("ledge_curvature", "pile_apex_rounding")
 SMALL = (
@@ -79,6 +81,29 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held
     assert case.problem.names[-1] == "bond_number"
     assert case.problem.low[-1] < 0.6 < case.problem.high[-1]
     assert main(["check", found["new_case"], "--results", str(tmp_path / "again")]) == 0
+
+
+@pytest.mark.parametrize(("index", "essential"), [(1, True), (2, False)])
+def test_a_rival_that_clogs_is_left_out_and_the_named_effect_is_not(space, index, essential):
+    here, clogs = space(bond_number=0.6), {}
+    first = here.case.diagnosis.seed + CONFIRM_SEED + ex.SET_STRIDE * index
+    for j in range(here.case.diagnosis.verify_replicates):
+        clogs[str(first + j)] = "clog"  # the hourglass comes first
+    here.path.mkdir(parents=True, exist_ok=True)
+    (here.path / "misbehave.json").write_text(json.dumps(clogs))
+    if essential:
+        with pytest.raises(CalibratorError, match="no fresh run of hourglass"):
+            diagnose(here)
+        return
+    found = diagnose(here)
+    assert found["effects"] == ["bond_number"]
+    assert any("bed_viscosity as a rival could not be run" in note for note in found["notes"])
+    assert all(one["effects"] != ["bed_viscosity"] for one in found["explanations"])
+
+
+def test_nobody_is_told_to_measure_again_after_nothing():
+    said = sentence({**json.loads(AMBIGUOUS), "effects": ["twisting_stiffness", "tilt_deg"]})
+    assert "after nothing" not in said and "after levelling the set-up" in said
 
 
 def test_amplitudes_end_where_their_columns_do():
