@@ -22,7 +22,7 @@ paper: yade $(VENV)/.done
 	$(BIN)/python -m benchmarks.paper_case
 
 hidden: yade $(VENV)/.done
-	$(BIN)/python -m benchmarks.hidden make $(SECRET) --hide $(HIDE)
+	$(BIN)/python -m benchmarks.hidden make $(SECRET) --hide $(HIDE) $(if $(SEED),--seed $(SEED))
 	$(BIN)/calibrator diagnose $(SECRET)/case.toml
 	$(BIN)/python -m benchmarks.hidden score $(SECRET)
 

@@ -380,6 +380,8 @@ def main() -> None:
     if what == "run":
         most, label = int(some[0]) if some else POOL, some[1] if some[1:] else ""
         now = [r for c in everything if c.label.startswith(label) for own in c.requests for r in own[:most]]
+        if not now:
+            sys.exit(f"no class's label begins with {label}: give one of {', '.join(sorted({c.label for c in everything}))}")
         run(FOLDER, now, report=ProgressBar(sys.stderr))
     there = Database.read(POOLS).find(asked) if POOLS.exists() else []
     pools = Database({r.run_id: r for r in [*there, *gather(FOLDER, asked)]}.values())

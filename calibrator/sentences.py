@@ -44,8 +44,9 @@ def sentence(o: dict[str, Any]) -> str:
 
 def _next(o: dict[str, Any]) -> str:
     """What to measure next: without each effect in question, else once more where the gap is."""
-    cures = [effect_of(name).removed_by for name in o["effects"] if name not in ("none", "unknown")]
-    if cures := [cure for cure in cures if not cure.startswith("nothing")]:
+    named = [effect_of(name).removed_by for name in o["effects"] if name not in ("none", "unknown")]
+    cures = [cure for cure in named if not cure.startswith("nothing")]  # some effects no laboratory can remove
+    if cures:
         return f"Next: measure again after {', or after '.join(cures)}; the gap goes with the effect that is there."
     where = f"{o['locations'][0]['experiment']} under another condition" if o["locations"] else "under another condition"
     return f"Next: measure {where}, and check the parameters that the case keeps fixed."
