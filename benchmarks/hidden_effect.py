@@ -2,13 +2,14 @@
 
     calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv, grid/missing_effect.csv
     python -m benchmarks.hidden_effect run [N [CLASS]]     carry out the pools (resumable), hours: grid/missing_effect_pools.csv;
-                                                           only the first N runs of each, of classes whose label begins so
+                                                           N runs of each instead of five, of classes whose label begins so
     python -m benchmarks.hidden_effect                     judge them: benchmarks/results/hidden_effect.json
 
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong amplitude, an effect outside the
-library, or a pair. Its pool holds a few runs of every experiment; a trial draws five of each as the replicates of a
-laboratory, and errors of metrology anew; a neck or a level that is slightly off shifts them along the surfaces' slopes. Pools
-are shared by the trials of a class, so intervals are bootstrapped by pool.
+library, or a pair. What the bars are about (nothing, strong effects) has several truths. Its pool holds a few runs of every
+experiment, spare ones where some clog; a trial draws five of each as the replicates of a laboratory, and errors of metrology
+anew; a neck or a level that is slightly off shifts them along the surfaces' slopes. Pools are shared by the trials of a class,
+so intervals are bootstrapped by pool.
 Each class of a single effect is judged once more without that effect in the library. The thresholds of
 `verdict.Rule` were fixed before any of these runs was made.
 """
@@ -55,9 +56,10 @@ POOLS = REPO / "grid" / "missing_effect_pools.csv"
 AMPLITUDES = {"weak": 0.4, "middling": 0.8, "strong": 1.5}
 CONTROL = "twisting_stiffness"  # not expected to be identifiable: one class only
 PAIRS = (("bond_number", "neck_error"), ("clump_aspect", "tilt_deg"))
-NOTHING = 20  # classes with nothing hidden, at different parameters
-POOL = 10  # runs of every experiment in a pool
-TRIALS = 20  # of a class
+NOTHING, MORE_NOTHING = 20, 20  # classes with nothing hidden, at different parameters; the second lot comes last
+MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
+POOL = 10  # runs of every experiment in a pool, at most
+TRIALS = 10  # of a class
 FIRST_SEED = 1_100_000_000
 BOOTSTRAPS = 1000
 
@@ -68,13 +70,14 @@ class Class:
 
     label: str
     strength: str
+    index: int
     truth: dict[str, Any]
     requests: list[list[Request]]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What was hidden (size: amplitude of a single effect), what was said, and by how much the gap closed.
+    """What was hidden (size: amplitude of a single effect) in which pool, what was said, and by how much the gap closed.
 
     best_chi2, naive, bic : names by simpler rules: the effect of lowest chi2 after a refit, the same only where chi2 rejects the
     model at 5 %, and the one that lowers the Bayesian information criterion.
@@ -82,6 +85,7 @@ class Trial:
 
     label: str
     strength: str
+    pool: int
     hidden: tuple[str, ...]
     size: float
     withheld: bool
@@ -95,22 +99,46 @@ class Trial:
 
 def classes(case: Case) -> list[Class]:
     """All truths, each with its own parameters and seeds."""
-    effects = {e.name: e for e in ex.library(case)}
-    wanted: list[tuple[str, str, dict[str, float]]] = [(f"nothing {i + 1}", "none", {}) for i in range(NOTHING)]
-    for i, (name, effect) in enumerate(effects.items()):
-        for j, (strength, size) in enumerate(AMPLITUDES.items()):
-            if name != CONTROL or strength == "strong":
-                sign = 1 if effect.sign == "+" or (i + j) % 2 == 0 else -1
-                wanted.append((name, strength, {name: ex.column_value(effect, sign * size)}))
-    wanted += [(name, "outside", {name: 1.0}) for name in OUTSIDE]
-    wanted += [(" and ".join(two), "pair", {n: ex.column_value(effects[n], 1.5) for n in two}) for two in PAIRS]
     found = ex.experiments(case, case.observables)
     made = []
-    for index, (label, strength, hidden) in enumerate(wanted):
+    for index, (label, strength, hidden) in enumerate([*_first(case), *_further(case)]):
         truth = truth_of(case, hidden, np.random.default_rng(index))
         asked = laboratory_requests(case, truth, found, FIRST_SEED + 100_000 * index, POOL)
-        made.append(Class(label, strength, truth, asked))
+        made.append(Class(label, strength, index, truth, asked))
     return made
+
+
+def _first(case: Case) -> list[tuple[str, str, dict[str, float]]]:
+    """Label, strength and what is hidden: one truth of everything, many of nothing."""
+    effects = ex.library(case)
+    wanted: list[tuple[str, str, dict[str, float]]] = [(f"nothing {i + 1}", "none", {}) for i in range(NOTHING)]
+    for i, effect in enumerate(effects):
+        for j, strength in enumerate(AMPLITUDES):
+            if effect.name != CONTROL or strength == "strong":
+                wanted.append((effect.name, strength, _hidden(effect, strength, i + j)))
+    return wanted + _outside_and_pairs(effects)
+
+
+def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
+    """Further truths: an order apart, so that they leave the seeds of the first ones alone."""
+    effects = ex.library(case)
+    wanted: list[tuple[str, str, dict[str, float]]] = []
+    for turn in range(MORE_TRUTHS):
+        wanted += [(e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(effects) if e.name != CONTROL]
+    wanted += _outside_and_pairs(effects)
+    return wanted + [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
+
+
+def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:
+    """An effect at a strength; negative where parity is odd and the effect can be."""
+    size = AMPLITUDES[strength]
+    return {effect.name: ex.column_value(effect, -size if parity % 2 and effect.bounds[0] <= -size else size)}
+
+
+def _outside_and_pairs(effects: Sequence[Effect]) -> list[tuple[str, str, dict[str, float]]]:
+    by_name = {e.name: e for e in effects}
+    pairs = [(" and ".join(two), "pair", {n: ex.column_value(by_name[n], AMPLITUDES["strong"]) for n in two}) for two in PAIRS]
+    return [*((name, "outside", {name: 1.0}) for name in OUTSIDE), *pairs]
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +204,7 @@ def trial(case: Case, one: Class, pool: list[np.ndarray], judged: Judged, withhe
     return Trial(
         one.label,
         one.strength,
+        one.index,
         hidden,
         true_size(case, one),
         withheld,
@@ -265,7 +294,7 @@ def by_pool(trials: Sequence[Trial], value: Callable[[Sequence[Trial]], float]) 
     """95 % interval of a statistic, resampling whole pools."""
     rng, pools = np.random.default_rng(1), {}
     for t in trials:
-        pools.setdefault((t.label, t.strength), []).append(t)
+        pools.setdefault(t.pool, []).append(t)
     groups = list(pools.values())
     drawn = [value([t for i in rng.integers(len(groups), size=len(groups)) for t in groups[i]]) for _ in range(BOOTSTRAPS)]
     return float(np.nanquantile(drawn, 0.025)), float(np.nanquantile(drawn, 0.975))
@@ -364,11 +393,17 @@ def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
     return [{**own, "strong": AMPLITUDES["strong"] * own["scale"]} for own in powers(judged.effects, picture)]
 
 
-def fewest(case: Case, everything: Sequence[Class], pools: Database) -> int:
-    """Complete runs of an experiment in the smallest pool that is judged."""
+def carry_out(case: Case, one: Class, most: int, there: Database) -> None:
+    """The first runs of a pool that are not there yet, then spare ones where some clog or throw a grain off."""
     found = ex.experiments(case, case.observables)
-    sizes = [min(len(ex.values_of(e, pools.find(own))) for e, own in zip(found, c.requests, strict=True)) for c in everything]
-    return min((n for n in sizes if n >= REPLICATES), default=0)
+    counts, before = [most] * len(found), [0] * len(found)
+    while counts != before:
+        asked = [own[:n] for own, n in zip(one.requests, counts, strict=True)]
+        todo = [r for own in asked for r in own if not there.find([r])]
+        have = Database([*there.find([r for own in asked for r in own]), *run(FOLDER, todo, report=ProgressBar(sys.stderr))])
+        good = [len(ex.values_of(e, have.find(own))) for e, own in zip(found, asked, strict=True)]
+        spare = [max(min(most, REPLICATES) - n, 0) for n in good]
+        before, counts = counts, [min(n + more, POOL) for n, more in zip(counts, spare, strict=True)]
 
 
 def main() -> None:
@@ -377,14 +412,15 @@ def main() -> None:
     everything = classes(case)
     asked = [r for c in everything for own in c.requests for r in own]
     what, *some = sys.argv[1:] or ["judge"]
+    there = Database(Database.read(POOLS).find(asked) if POOLS.exists() else [])
     if what == "run":
-        most, label = int(some[0]) if some else POOL, some[1] if some[1:] else ""
-        now = [r for c in everything if c.label.startswith(label) for own in c.requests for r in own[:most]]
-        if not now:
+        most, label = int(some[0]) if some else REPLICATES, some[1] if some[1:] else ""
+        chosen = [c for c in everything if c.label.startswith(label)]
+        if not chosen:
             sys.exit(f"no class's label begins with {label}: give one of {', '.join(sorted({c.label for c in everything}))}")
-        run(FOLDER, now, report=ProgressBar(sys.stderr))
-    there = Database.read(POOLS).find(asked) if POOLS.exists() else []
-    pools = Database({r.run_id: r for r in [*there, *gather(FOLDER, asked)]}.values())
+        for one in chosen:
+            carry_out(case, one, most, there)
+    pools = Database({r.run_id: r for r in [*there.find(asked), *gather(FOLDER, asked)]}.values())
     if not len(pools) or (what != "run" and not SHIPPED.exists()):
         sys.exit("no runs to judge: see the commands at the top of this file")
     pools.write(POOLS, "python -m benchmarks.hidden_effect run")
@@ -397,7 +433,7 @@ def main() -> None:
         "confusion": matrix(trials),
         "amplitudes": amplitudes(trials),
         "smallest": smallest(case, library(case, shipped)),
-        "fewest_runs_of_a_pool": fewest(case, everything, pools),
+        "pools": len({t.pool for t in trials}),
     }
     # a median over no trial is none, and JSON has no NaN
     write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
