@@ -4,7 +4,7 @@
     calibrator diagnose FOLDER/case.toml                               sees the lab file only
     python -m benchmarks.hidden score FOLDER                           open the seal and compare
 
-NAME is a column of the library, "none", "soft_grains" or "fast_lift" (both outside the library); without it, it is drawn.
+NAME is a column of the library, "none", "soft_grains", "fast_lift" or "vibration" (outside the library); without it, it is drawn.
 So is the seed of the truth unless N is given: whoever knows N and NAME knows the truth.
 The laboratory has seeds of its own, a time step of 0.7 and a stiffness of twice the model's, grains of slightly different
 size, and errors of metrology drawn from the case's nuisance table.
@@ -41,8 +41,13 @@ SHIPPED = REPO / "grid" / "missing_effect.csv"  # the runs that every diagnosis 
 REPLICATES = 5
 STIFFER, FINER = 2.0, 0.7  # Young's modulus and time step of the laboratory, over the model's
 JITTER = 0.03  # coefficient of variation of its grains' radius
-# What no effect of the library does: parameters that the case keeps fixed take another value in the laboratory.
-OUTSIDE = {"soft_grains": {"young_modulus": 4e4}, "fast_lift": {"lift_speed": 0.16}}
+# What no effect of the library does: parameters that the case keeps fixed take another value in the laboratory. The bench
+# vibrates with the acceleration of gravity until most of a discharge or a lift is over.
+OUTSIDE = {
+    "soft_grains": {"young_modulus": 4e4},
+    "fast_lift": {"lift_speed": 0.16},
+    "vibration": {"shaking": 1.0, "shaking_time": 0.6},
+}
 LAB_SEED, SEED_STRIDE, SEEDS = 900_000_000, 10_000, 20_000  # runs of laboratories; hidden_effect.py has those above
 
 

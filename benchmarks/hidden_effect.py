@@ -116,7 +116,7 @@ def _first(case: Case) -> list[tuple[str, str, dict[str, float]]]:
         for j, strength in enumerate(AMPLITUDES):
             if effect.name != CONTROL or strength == "strong":
                 wanted.append((effect.name, strength, _hidden(effect, strength, i + j)))
-    return wanted + _outside_and_pairs(effects)
+    return wanted + _outside_and_pairs(effects, [name for name in OUTSIDE if name != "vibration"])
 
 
 def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
@@ -125,7 +125,7 @@ def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
     wanted: list[tuple[str, str, dict[str, float]]] = []
     for turn in range(MORE_TRUTHS):
         wanted += [(e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(effects) if e.name != CONTROL]
-    wanted += _outside_and_pairs(effects)
+    wanted += _outside_and_pairs(effects, [*OUTSIDE, "vibration"])
     return wanted + [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
 
 
@@ -135,10 +135,10 @@ def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:
     return {effect.name: ex.column_value(effect, -size if parity % 2 and effect.bounds[0] <= -size else size)}
 
 
-def _outside_and_pairs(effects: Sequence[Effect]) -> list[tuple[str, str, dict[str, float]]]:
+def _outside_and_pairs(effects: Sequence[Effect], outside: Sequence[str]) -> list[tuple[str, str, dict[str, float]]]:
     by_name = {e.name: e for e in effects}
     pairs = [(" and ".join(two), "pair", {n: ex.column_value(by_name[n], AMPLITUDES["strong"]) for n in two}) for two in PAIRS]
-    return [*((name, "outside", {name: 1.0}) for name in OUTSIDE), *pairs]
+    return [*((name, "outside", {name: 1.0}) for name in outside), *pairs]
 
 
 @dataclass(frozen=True, eq=False)

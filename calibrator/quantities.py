@@ -24,8 +24,8 @@ class Effect:
     """A physical effect that a model may lack, and that one parameter switches on.
 
     called : its name in words; sign : "+" or "+-", the signs that its parameter may take; scale : a plausible size in the
-    parameter's unit; removed_by : what would remove it in the laboratory; aliases : parameters that it is mistaken for;
-    excludes : effects that the scripts cannot combine it with.
+    parameter's unit; removed_by : what would remove it in the laboratory, empty where nothing does; aliases : parameters that it
+    is mistaken for; excludes : effects that the scripts cannot combine it with.
     """
 
     called: str

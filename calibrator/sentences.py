@@ -44,9 +44,7 @@ def sentence(o: dict[str, Any]) -> str:
 
 def _next(o: dict[str, Any]) -> str:
     """What to measure next: without each effect in question, else once more where the gap is."""
-    named = [effect_of(name).removed_by for name in o["effects"] if name not in ("none", "unknown")]
-    cures = [cure for cure in named if not cure.startswith("nothing")]  # some effects no laboratory can remove
-    if cures:
+    if cures := _cures(o):
         return f"Next: measure again after {', or after '.join(cures)}; the gap goes with the effect that is there."
     where = f"{o['locations'][0]['experiment']} under another condition" if o["locations"] else "under another condition"
     return f"Next: measure {where}, and check the parameters that the case keeps fixed."
@@ -92,5 +90,12 @@ def _shrunk(o: dict[str, Any]) -> str:
 
 
 def _refuted(o: dict[str, Any]) -> str:
-    cures = [effect_of(name).removed_by for name in o["effects"]]
-    return f"It would be refuted if the gap stayed after {' and '.join(cures)}."
+    if cures := _cures(o):
+        return f"It would be refuted if the gap stayed after {' and '.join(cures)}."
+    return "No laboratory can remove it, so only measurements under further conditions could refute it."
+
+
+def _cures(o: dict[str, Any]) -> list[str]:
+    """What removes the effects in question; some effects no laboratory can remove."""
+    named = [effect_of(name).removed_by for name in o["effects"] if name not in ("none", "unknown")]
+    return [cure for cure in named if cure]

@@ -90,7 +90,8 @@ def test_no_seed_serves_two_runs_of_pools_laboratories_and_surfaces(case):
 
 def test_every_class_hides_what_its_label_says(case):
     made = hidden_effect.classes(case)
-    assert len({(one.label, one.strength) for one in made}) == len(made)
+    assert [one.index for one in made] == list(range(len(made)))
+    assert len({tuple(one.truth["parameters"].values()) for one in made}) == len(made)
     for one in made:
         names = set() if one.strength == "none" else set(one.label.split(" and "))
         assert set(one.truth["hidden"]) == names
@@ -109,7 +110,7 @@ def test_a_balance_that_is_off_moves_weights_and_nothing_else(case):
 
 def test_an_outside_effect_reaches_the_runs_that_it_concerns(case):
     found = ex.experiments(case, case.observables)
-    for name, (column, value) in {n: next(iter(own.items())) for n, own in hidden.OUTSIDE.items()}.items():
+    for name, column, value in ((n, *item) for n, own in hidden.OUTSIDE.items() for item in own.items()):
         truth = hidden.truth_of(case, {name: 1.0}, np.random.default_rng(1))
         runs = [r for own in hidden.laboratory_requests(case, truth, found, hidden.LAB_SEED, 1) for r in own]
         assert {r.parameters[column] for r in runs if column in r.parameters} == {value}

@@ -13,12 +13,13 @@ two spheres from `two_spheres`.
 import math
 
 import numpy as np
-from yade import LinearDragEngine
+from yade import LinearDragEngine, NewtonIntegrator, O, PyRunner
 
 import contract
 import material
 
 _AT_START, _ON_GRAINS = {}, {}
+_shaken = {"until": 0.0, "swing": None}
 
 
 def at_start(name):
@@ -38,6 +39,7 @@ def is_on(p, name):
 
 def start(p, between_grains, at_walls, integrator):
     """Apply the effects that change contacts or gravity. Raises BadInput for two that cannot be combined."""
+    _shaken["until"] = 0.0
     for name, spec in contract.CONTRACT["parameters"].items():
         for other in spec.get("effect", {}).get("excludes", []):
             if is_on(p, name) and is_on(p, other):
@@ -137,3 +139,26 @@ def weigh_clump(p, clump, members):
 def true_neck(p):
     """Diameter [m] of the neck as it is, not as it was measured."""
     return p["neck_diameter"] + p["neck_error"]
+
+
+def shake(p):
+    """Vibrate the set-up along x from now on, for a while: gravity swings, which is the same seen from inside."""
+    if not is_on(p, "shaking"):
+        return
+    begin, omega = O.time, 2 * math.pi * p["shaking_frequency"]
+    (integrator,) = (e for e in O.engines if isinstance(e, NewtonIntegrator))
+    still = tuple(integrator.gravity)
+    peak = p["shaking"] * material.GRAVITY
+
+    def swing():
+        on = O.time < _shaken["until"]
+        side = peak * math.sin(omega * (O.time - begin)) if on else 0.0
+        integrator.gravity = (still[0] + side, still[1], still[2])
+
+    _shaken.update(until=begin + p["shaking_time"], swing=swing)
+    O.engines = [*O.engines, PyRunner(command="import effects; effects._shaken['swing']()", iterPeriod=1)]
+
+
+def shakes():
+    """Whether a vibration is still on."""
+    return O.time < _shaken["until"]

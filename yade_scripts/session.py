@@ -193,7 +193,10 @@ def pouring_rate(p, centres):
 
 
 def fill(p, ids, diagnostics):
-    """Let the cloud fall and settle. Raises NotSettled where a grain has left the vessel: it would fall for ever."""
+    """Let the cloud fall and settle; a set-up that vibrates does so from then on.
+
+    Raises NotSettled where a grain has left the vessel: it would fall for ever.
+    """
     begin, states, energy = O.time, states_of(ids), material.filling_energy(p)
     not_before, lost = begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2, -10 * material.largest_reach(p)
 
@@ -211,6 +214,7 @@ def fill(p, ids, diagnostics):
         filling_time=O.time - begin,
         filling_cpu=time.process_time() - clock,
     )
+    effects.shake(p)
 
 
 def finish(p, ids, diagnostics, released, clock, reason):
@@ -270,8 +274,11 @@ def at_rest(p, ids, states):
     """Whether the grains' mean translational kinetic energy is below the request's.
 
     Of clumps those are left out that stand on end and spin about their only contact, as single spheres do, too
-    (stop.mean_kinetic_energy): a clump's centre is not quite above the contact and circles with it.
+    (stop.mean_kinetic_energy): a clump's centre is not quite above the contact and circles with it. Nothing is at rest on a
+    set-up that still vibrates.
     """
+    if effects.shakes():
+        return False
     energy, limit = kinetic_energy(p, states), p["rest_kinetic_energy"]
     if energy < limit or not _members:
         return energy < limit

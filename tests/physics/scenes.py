@@ -20,6 +20,7 @@ from yade import InteractionLoop, NewtonIntegrator, O, PyRunner, utils
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "..", "yade_scripts"))
 
 import contract
+import effects
 import material
 import packing
 import session
@@ -307,6 +308,15 @@ def falling_askew(tilt_deg, duration=0.01):
     return dict(acceleration=[v / O.time for v in body.state.vel])
 
 
+def falling_from_a_shaken_hand(shaking, frequency, periods, shaking_time):
+    """A grain falls freely in a set-up that vibrates: its velocity [m/s] after so many periods, and whether it still does."""
+    p, grain, wall = scene(shaking=shaking, shaking_frequency=frequency, shaking_time=shaking_time)
+    body = add_grain(p, 0, grain)
+    effects.shake(p)
+    run(periods / frequency)
+    return dict(velocity=list(body.state.vel), time=O.time, shakes=effects.shakes(), step=O.dt)
+
+
 def friction_at(partner, wall_friction_ratio):
     """The friction coefficient that a contact holds."""
     p, grain, wall = scene(sliding_friction=0.45, wall_friction_ratio=wall_friction_ratio)
@@ -496,6 +506,8 @@ def experiments():
     yield from ((hanging, (bond,)) for bond in (0.9, 1.1))
     yield falling, (0.01,)
     yield falling_askew, (5.0,)
+    for periods, shaking_time in ((0.5, 1.0), (1.25, 1.0), (3.0, 0.5 / 50)):
+        yield falling_from_a_shaken_hand, (0.8, 50.0, periods, shaking_time)
     yield sized_caps, ()
     yield from ((clump, (aspect,)) for aspect in (1.3, 2.0))
     yield clump_rebound, ()

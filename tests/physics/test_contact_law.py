@@ -223,6 +223,17 @@ def test_tilt_turns_gravity_towards_x(measured):
     assert (x, z) == pytest.approx((9.81 * math.sin(angle), -9.81 * math.cos(angle)), rel=1e-6) and y == 0
 
 
+@pytest.mark.parametrize(("periods", "shaking_time"), [(0.5, 1.0), (1.25, 1.0), (3.0, 0.5 / 50)])
+def test_a_shaken_set_up_throws_a_grain_sideways_until_it_stops(measured, periods, shaking_time):
+    """v_x = Gamma g/omega (1 - cos omega t); after the vibration it stays what it was, and nothing moves along y."""
+    m = measured("falling_from_a_shaken_hand", 0.8, 50.0, periods, shaking_time)
+    omega, time = 2 * math.pi * 50.0, min(m["time"], shaking_time)
+    x, y, z = m["velocity"]
+    assert x == pytest.approx(0.8 * 9.81 / omega * (1 - math.cos(omega * time)), rel=0.02) and y == 0
+    assert z == pytest.approx(-9.81 * m["time"], rel=1e-3)
+    assert m["shakes"] is (m["time"] < shaking_time)
+
+
 @pytest.mark.parametrize("ratio", [0.5, 2.0])
 def test_wall_friction_is_the_requested_share_of_that_between_grains(measured, ratio):
     """Also above one, where YADE by itself would take the smaller friction of the two materials."""
