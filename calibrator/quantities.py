@@ -41,7 +41,8 @@ class Quantity:
     """A parameter or a response: its name, symbol, SI unit, meaning and the set-ups that know it.
 
     default, low, high and choices are None for responses (choices also for numbers); effect is None for all that is not the
-    switch of one. A request does not mention an effect that is off, so that it stays the same run when effects are added.
+    switch of one. A request does not mention an effect, or an optional parameter, that is at its default, so that it stays the
+    same run when such are added.
     """
 
     name: str
@@ -54,6 +55,12 @@ class Quantity:
     high: float | None = None
     choices: tuple[str, ...] | None = None
     effect: Effect | None = None
+    optional: bool = False
+
+    @property
+    def unmentioned(self) -> bool:
+        """Whether a request leaves it out at its default."""
+        return self.effect is not None or self.optional
 
     @property
     def label(self) -> str:

@@ -24,7 +24,7 @@ class Request:
 
     @classmethod
     def of(cls, setup: str, /, **given: Value) -> Request:
-        """Complete the given parameters with the contract's defaults, leave out effects that are off.
+        """Complete the given parameters with the contract's defaults, leave out effects and options that are off.
 
         Raises CalibratorError for bad names or values.
         """
@@ -32,7 +32,7 @@ class Request:
         for name in given:
             known(name, own, f"parameter of {setup}")
         values = {n: checked_value(n, given.get(n, q.default)) for n, q in own.items()}
-        return cls(setup, {n: v for n, v in values.items() if own[n].effect is None or v != own[n].default})
+        return cls(setup, {n: v for n, v in values.items() if not own[n].unmentioned or v != own[n].default})
 
     @property
     def run_id(self) -> str:
@@ -69,7 +69,7 @@ def write_table(path: Path, requests: Sequence[Request]) -> None:
     """
     setups = {r.setup for r in requests}
     used = set().union(*(r.parameters for r in requests))
-    names = [n for n, q in PARAMETERS.items() if setups & set(q.setups) and (q.effect is None or n in used)]
+    names = [n for n, q in PARAMETERS.items() if setups & set(q.setups) and (not q.unmentioned or n in used)]
     script = ["!SCRIPT"] * (len(setups) > 1)
     lines = [" ".join(["description", *script, *names])]
     for r in requests:

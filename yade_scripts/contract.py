@@ -37,9 +37,10 @@ def checked(setup, given):
 
 
 def echoed(p):
-    """The parameters as a record states them: an effect that is off is not mentioned, as in scripts without it."""
+    """The parameters as a record states them: an effect or option that is off is not mentioned, as in scripts without it."""
     specs = CONTRACT["parameters"]
-    return {n: _plain(v) for n, v in p.items() if "effect" not in specs[n] or v != specs[n]["default"]}
+    silent = {n for n, spec in specs.items() if "effect" in spec or spec.get("optional")}
+    return {n: _plain(v) for n, v in p.items() if n not in silent or v != specs[n]["default"]}
 
 
 def _plain(value):
