@@ -47,8 +47,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
     if verdict.kind == "cannot tell":  # some observables repeat others
         return space.note("diagnose", cannot_tell(len(scene.used), len(case.problem.names), scene.notes))
     picture = verdict.picture
-    tried = _shortlist(verdict)
-    tried, runs, notes = _confirming(space, scene, tried, yes, report, essential=1 + (verdict.best is not None))
+    tried, runs, notes = _confirming(space, scene, _shortlist(verdict), yes, report)
     explanations = [_explanation(scene, one, own) for one, own in zip(tried, runs, strict=True)]
     kind, names = _confirmed(verdict, explanations)
     outcome = {
@@ -80,9 +79,13 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
 def _confirmed(verdict: Verdict, explanations: Sequence[dict[str, Any]]) -> tuple[str, tuple[str, ...]]:
     """Kind and effects of the verdict, once YADE has been asked: a name with which the gap does not shrink is none.
 
-    Only the gap on the data used counts: those held out may show none to begin with, and then grow by chance.
+    Nor is one all of whose runs of an experiment failed, which left it out of the explanations. Only the gap on the data used
+    counts: those held out may show none to begin with, and then grow by chance.
     """
-    if verdict.kind in ("named", "two effects") and explanations[1]["gap_used"] >= explanations[0]["gap_used"]:
+    if verdict.kind not in ("named", "two effects"):
+        return verdict.kind, verdict.effects
+    run = [one for one in explanations[1:] if one["effects"] == list(verdict.effects)]
+    if not run or run[0]["gap_used"] >= explanations[0]["gap_used"]:
         return "ambiguous", (*verdict.effects, "unknown")
     return verdict.kind, verdict.effects
 
@@ -118,12 +121,12 @@ def _shortlist(verdict: Verdict) -> list[Explanation]:
 
 
 def _confirming(
-    space: Workspace, scene: Scene, tried: Sequence[Explanation], yes: bool, report: Report, essential: int
+    space: Workspace, scene: Scene, tried: Sequence[Explanation], yes: bool, report: Report
 ) -> tuple[list[Explanation], list[tuple[np.ndarray, np.ndarray]], list[str]]:
     """Fresh YADE runs at each explanation: mean responses (n,) and runs behind them; and sentences on runs left out.
 
-    A rival all of whose runs of an experiment fail, as by clogging where the laboratory's grains flowed, is left out and said so.
-    Raises CalibratorError where that happens to one of the first `essential` ones, without which there is nothing to show.
+    An effect all of whose runs of an experiment fail, as by clogging where the laboratory's grains flowed, is left out and said
+    so. Raises CalibratorError where that happens to the model as it is, without which there is nothing to show.
     """
     requests = [_fresh(space, scene, one, index) for index, one in enumerate(tried)]
     records = carried_out(space, [r for one in requests for own in one for r in own], yes, report)
@@ -136,9 +139,9 @@ def _confirming(
             runs.append(ex.means(scene.experiments, own))
             kept.append(one)
         except CalibratorError as error:
-            if index < essential:
+            if index == 0:
                 raise
-            notes.append(f"{' and '.join(one.effects)} as a rival could not be run at its best parameters: {error}")
+            notes.append(f"{' and '.join(one.effects)} could not be run at its best parameters: {error}")
     return kept, runs, notes
 
 

@@ -83,22 +83,24 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held
     assert main(["check", found["new_case"], "--results", str(tmp_path / "again")]) == 0
 
 
-@pytest.mark.parametrize(("index", "essential"), [(1, True), (2, False)])
-def test_a_rival_that_clogs_is_left_out_and_the_named_effect_is_not(space, index, essential):
+@pytest.mark.parametrize(("index", "name"), [(0, ""), (1, "bond_number"), (2, "bed_viscosity")])
+def test_an_effect_that_clogs_in_the_confirming_runs_is_left_out_and_no_name(space, index, name):
     here, clogs = space(bond_number=0.6), {}
     first = here.case.diagnosis.seed + CONFIRM_SEED + ex.SET_STRIDE * index
     for j in range(here.case.diagnosis.verify_replicates):
         clogs[str(first + j)] = "clog"  # the hourglass comes first
     here.path.mkdir(parents=True, exist_ok=True)
     (here.path / "misbehave.json").write_text(json.dumps(clogs))
-    if essential:
+    if not name:  # the model as it is
         with pytest.raises(CalibratorError, match="no fresh run of hourglass"):
             diagnose(here)
         return
     found = diagnose(here)
-    assert found["effects"] == ["bond_number"]
-    assert any("bed_viscosity as a rival could not be run" in note for note in found["notes"])
-    assert all(one["effects"] != ["bed_viscosity"] for one in found["explanations"])
+    named = ("named", ["bond_number"]) if index == 2 else ("ambiguous", ["bond_number", "unknown"])
+    assert (found["verdict"], found["effects"]) == named
+    assert any(f"{name} could not be run" in note for note in found["notes"])
+    assert all(one["effects"] != [name] for one in found["explanations"])
+    assert bool(found["new_case"]) is (index == 2)
 
 
 def test_nobody_is_told_to_measure_again_after_nothing():

@@ -14,7 +14,7 @@ from conftest import processes_in
 
 from calibrator.cost import LARGEST_STEP_SHARE, contact_time
 from calibrator.database import Database
-from calibrator.quantities import EFFECTS, RESPONSES, SCRIPTS
+from calibrator.quantities import EFFECTS, RESPONSES, SCRIPTS, parameters_of
 from calibrator.runner import RunFolder, run
 from calibrator.table import Request, write_table
 
@@ -165,7 +165,7 @@ def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_co
     record = records[setup]
     write_table(tmp_path / "runs.table", [record.request])
     header, line = (tmp_path / "runs.table").read_text().splitlines()
-    off = {n: q.default for n, q in EFFECTS.items() if setup in q.setups}
+    off = {n: q.default for n, q in parameters_of(setup).items() if q.unmentioned}
     assert not set(off) & set(header.split())
     text = f"{header} {' '.join(off)}\n{line} {' '.join(map(repr, off.values()))}\n"
     (tmp_path / "runs.table").write_text(text)
@@ -180,14 +180,14 @@ def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_co
 def affected(tmp_path_factory):
     """{effect: record of the small hourglass with it}, and of the one without under None."""
     sizes = {"bond_number": 2.0, "bed_viscosity": 0.02, "wall_friction_ratio": 0.1, "neck_error": 2e-3, "tilt_deg": 8.0}
-    sizes |= {"twisting_stiffness": 1.0, "size_spread": 0.25, "clump_aspect": 1.3}
+    sizes |= {"twisting_stiffness": 1.0, "size_spread": 0.25, "clump_aspect": 1.3, "shaking": 1.0}
     asked = {name: Request.of("hourglass", **SMALL["hourglass"], **{name: value}) for name, value in sizes.items()}
     asked[None] = Request.of("hourglass", **SMALL["hourglass"])
     done = {r.run_id: r for r in run(RunFolder(tmp_path_factory.mktemp("affected")), list(asked.values()))}
     return {name: done[request.run_id] for name, request in asked.items()}
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", [*EFFECTS, "shaking"])
 def test_an_effect_makes_another_run_that_comes_to_rest(affected, effect):
     record, plain = affected[effect], affected[None]
     assert record.status in ("ok", "clogged") and record.error == ""
