@@ -189,7 +189,7 @@ def trial(case: Case, one: Class, pool: list[np.ndarray], judged: Judged, withhe
     """Judge one laboratory, and what simpler rules would have said."""
     everything = measurements(case, pool, judged, rng)
     measured = everything.only(judged.used)
-    verdict = judge(judged.surfaces, measured, judged.effects, judged.used, rng)
+    verdict = judge(judged.surfaces, everything, judged.effects, judged.used, rng, held=judged.held)
     found = verdict.rivals or rivals(judged.surfaces, measured, judged.effects, judged.used)
     best = min(found.single, key=lambda fit: fit.chi2)
     rejected = chi2.sf(found.none.chi2, found.none.degrees) < 0.05

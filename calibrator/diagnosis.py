@@ -43,7 +43,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
         return space.note("diagnose", cannot_tell(len(used), len(case.problem.names)))
     scene = prepare(space, case.observables, yes, report)
     rng = np.random.default_rng(case.diagnosis.seed)
-    verdict = judge(scene.surfaces, scene.measured.only(scene.used), scene.effects, scene.used, rng)
+    verdict = judge(scene.surfaces, scene.measured, scene.effects, scene.used, rng, held=scene.held)
     if verdict.kind == "cannot tell":  # some observables repeat others
         return space.note("diagnose", cannot_tell(len(scene.used), len(case.problem.names), scene.notes))
     picture = verdict.picture
@@ -55,6 +55,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
         "effects": list(names),
         "detection": dict(vars(verdict.detection)),
         "ghost_probability": finite(verdict.ghost),
+        "held_out_probability": finite(verdict.held_out),
         "posterior": verdict.posterior,
         "adequacy": verdict.adequacy,
         "observables": _rows(scene, tried, runs),

@@ -75,11 +75,16 @@ class Explanation:
     log_evidence: float
 
     def adequacy(self, noise_degrees: float) -> float:
-        """Probability of as large a chi2 if this explanation is true; Hotelling's T2 for an estimated covariance."""
-        m, nu = self.degrees, noise_degrees
-        if not np.isfinite(nu) or nu <= m:
-            return float(stats.chi2.sf(self.chi2, m))
-        return float(stats.f.sf(self.chi2 * (nu - m + 1) / (nu * m), m, nu - m + 1))
+        """Probability of as large a chi2 if this explanation is true."""
+        return tail(self.chi2, self.degrees, noise_degrees)
+
+
+def tail(chi2: float, degrees: int, noise_degrees: float) -> float:
+    """Probability of a chi2 beyond this one; Hotelling's T2 for a covariance estimated with so many degrees of freedom."""
+    m, nu = degrees, noise_degrees
+    if not np.isfinite(nu) or nu <= m:
+        return float(stats.chi2.sf(chi2, m))
+    return float(stats.f.sf(chi2 * (nu - m + 1) / (nu * m), m, nu - m + 1))
 
 
 def explain(

@@ -112,7 +112,7 @@ def self_test(scene: Scene, used: np.ndarray, trials: int = SELF_TESTS, seed: in
             errors = rng.multivariate_normal(
                 np.zeros(len(mean)), scene.measured.covariance + scene.surfaces.error(unit, amplitude)
             )
-            imagined = Measured(mean + errors, scene.measured.covariance).only(used)
-            verdict = judge(scene.surfaces, imagined, scene.effects, used, rng)
+            imagined = Measured(mean + errors, scene.measured.covariance)
+            verdict = judge(scene.surfaces, imagined, scene.effects, used, rng, held=scene.held)
             counts[verdict.said] = counts.get(verdict.said, 0) + 1
     return found

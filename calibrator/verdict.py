@@ -17,7 +17,7 @@ from calibrator.discrepancy import (
     ghost_probability,
     projection,
 )
-from calibrator.identification import Effect, Explanation, Measured, Rivals, explain, pairs, rivals
+from calibrator.identification import Effect, Explanation, Measured, Rivals, explain, pairs, rivals, tail
 from calibrator.surface import Surfaces
 
 
@@ -28,6 +28,7 @@ class Rule:
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
     of at least `posterior`, no rival within `lead` of its chi2, an amplitude of more than `errors` standard errors, and a ghost
     probability below `ghost`. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by `pair_lead`.
+    Whatever is named must predict the data held out: their probability under it is at least `held_out`.
     """
 
     p_effect: float = 0.03
@@ -40,6 +41,7 @@ class Rule:
     ghost_of_few: float = 0.05
     few: int = 10
     coverage: float = 0.95
+    held_out: float = 0.02
     pair_gain: float = 9.0
     pair_lead: float = 4.6
 
@@ -63,7 +65,8 @@ class Verdict:
     """What is printed, and what it rests on.
 
     kind : "no gap", "named", "ambiguous", "two effects", "unknown" or "cannot tell"; effects : the name, the pair, or the set
-    that cannot be told apart; best : the fit of the named effect or pair, None otherwise.
+    that cannot be told apart; best : the fit of the named effect or pair, None otherwise; held_out : probability of the data
+    held out under what would be named, nan where nothing would be or there are none.
     """
 
     kind: str
@@ -73,6 +76,7 @@ class Verdict:
     rivals: Rivals | None = None
     best: Explanation | None = None
     ghost: float = float("nan")
+    held_out: float = float("nan")
     posterior: dict[str, float] = field(default_factory=dict)
     adequacy: dict[str, float] = field(default_factory=dict)
 
@@ -94,21 +98,26 @@ def linear(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], ke
 
 def judge(
     surfaces: Surfaces,
-    measured: Measured,
+    everything: Measured,
     effects: Sequence[Effect],
-    kept: np.ndarray,
+    used: np.ndarray,
     rng: np.random.Generator,
     rule: Rule | None = None,
+    held: Sequence[int] | np.ndarray = (),
 ) -> Verdict:
-    """Detect a gap and identify what explains it, from observables `kept` (indices of the surfaces' observables)."""
-    rule = rule or Rule()
-    picture = linear(surfaces, measured, effects, kept)
+    """Detect a gap and identify what explains it.
+
+    everything : measurements of all observables of the surfaces; used, held : indices of those that the diagnosis is made from
+    and of those held out, which can only take a name back.
+    """
+    rule, measured = rule or Rule(), everything.only(used)
+    picture = linear(surfaces, measured, effects, used)
     detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
     if picture.project.degrees < FEWEST_DEGREES:
         return Verdict("cannot tell", (), picture, detection)
     if detection.p_effect >= rule.p_effect and detection.p_chi2 >= rule.p_chi2:
         return Verdict("no gap", (), picture, detection)
-    found = rivals(surfaces, measured, effects, kept)
+    found = rivals(surfaces, measured, effects, used)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
     degrees, posterior = surfaces.degrees, found.posterior
     adequate = [one for one in found.single if one.adequacy(degrees) >= rule.adequacy]
@@ -116,13 +125,16 @@ def judge(
     fits = {one.effects[0]: one.adequacy(degrees) for one in found.single}
 
     def verdict(kind: str, names: tuple[str, ...], best: Explanation | None = None) -> Verdict:
-        return Verdict(kind, names, picture, detection, found, best, ghost, weights, fits)
+        p = withstands(surfaces, everything, effects, best, used, held) if best is not None and len(held) else float("nan")
+        if p < rule.held_out:
+            kind, names, best = "ambiguous", (*names, "unknown"), None
+        return Verdict(kind, names, picture, detection, found, best, ghost, p, weights, fits)
 
     if not adequate:
-        two = _pair(surfaces, measured, effects, kept, rule, found)
+        two = _pair(surfaces, measured, effects, used, rule, found)
         return verdict("two effects", two.effects, two) if two is not None else verdict("unknown", ())
     best = max(adequate, key=lambda one: one.log_evidence)
-    if _nameable(best, found, weights, ghost, rule, len(kept) - surfaces.dimensions):
+    if _nameable(best, found, weights, ghost, rule, len(used) - surfaces.dimensions):
         return verdict("named", best.effects, best)
     names = _credible_set(weights, rule.coverage)
     if names == ("unknown",):
@@ -130,6 +142,25 @@ def judge(
     if len(names) == 1:  # probable, but not clear of chance or of a rival
         names = (*names, "unknown")
     return verdict("ambiguous", names)
+
+
+def withstands(
+    surfaces: Surfaces,
+    everything: Measured,
+    effects: Sequence[Effect],
+    explanation: Explanation,
+    used: np.ndarray,
+    held: Sequence[int] | np.ndarray,
+) -> float:
+    """Probability of held-out data as far off as these if an explanation of the used ones is true.
+
+    It is that of the rise of chi2 when the held-out data are fitted as well, which allows for the errors of the fit and for
+    those that both kinds of data share.
+    """
+    added = tuple(i for i, e in enumerate(effects) if e.name in explanation.effects)
+    both = np.concatenate([used, np.asarray(held, int)])
+    rise = explain(surfaces, everything.only(both), effects, added, both).chi2 - explanation.chi2
+    return tail(max(rise, 0.0), len(held), surfaces.degrees)
 
 
 def _nameable(best: Explanation, found: Rivals, weights: dict[str, float], ghost: float, rule: Rule, degrees: int) -> bool:

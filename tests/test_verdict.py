@@ -7,7 +7,7 @@ import pytest
 from toy_world import COUNT, EFFECTS, World
 
 from calibrator.identification import explain, pairs
-from calibrator.verdict import Rule, judge
+from calibrator.verdict import Rule, judge, withstands
 
 ALL = np.arange(COUNT)
 
@@ -22,10 +22,12 @@ def surfaces(world):
     return world.surfaces(np.random.default_rng(4))
 
 
-def judged(world, surfaces, seed, kept=ALL, **hidden):
+def judged(world, surfaces, seed, kept=ALL, held=(), off=0.0, **hidden):
+    """off : scatters of a replicate by which the held-out measurements are wrong."""
     rng = np.random.default_rng(seed)
-    measured = world.measure(surfaces, rng, **hidden).only(kept)
-    return judge(surfaces, measured, EFFECTS, kept, rng)
+    measured = world.measure(surfaces, rng, **hidden)
+    measured.values[list(held)] += off
+    return judge(surfaces, measured, EFFECTS, kept, rng, held=held)
 
 
 def test_where_nothing_is_hidden_the_verdict_is_no_gap(world, surfaces):
@@ -47,6 +49,28 @@ def test_a_strong_effect_is_named_with_its_amplitude(world, surfaces, hidden):
 def test_an_effect_outside_the_library_is_not_given_a_name_of_the_library(world, surfaces):
     verdicts = [judged(world, surfaces, seed, outside=1.0) for seed in range(8)]
     assert "named" not in {v.kind for v in verdicts} and "no gap" not in {v.kind for v in verdicts}
+
+
+def test_a_name_is_taken_back_where_it_does_not_predict_what_was_held_out(world, surfaces):
+    used, held, hidden = np.arange(COUNT - 3), np.arange(COUNT - 3, COUNT), (1.5, 0, 0, 0)
+    good = [judged(world, surfaces, seed, used, held, sizes=hidden) for seed in range(8)]
+    assert [v.kind for v in good].count("named") >= 7
+    for seed, before in enumerate(good):
+        after = judged(world, surfaces, seed, used, held, off=5.0, sizes=hidden)
+        if before.kind == "named":
+            assert before.held_out >= 0.02 > after.held_out
+            assert (after.kind, after.effects, after.best) == ("ambiguous", ("adhesion", "unknown"), None)
+
+
+def test_held_out_data_are_as_probable_as_they_should_be_under_the_truth(world):
+    """Or rather more: what the surfaces may miss is counted as an error whether they do or not."""
+    used, held, p = np.arange(COUNT - 4), np.arange(COUNT - 4, COUNT), []
+    for seed in range(40):
+        surfaces = world.surfaces(np.random.default_rng(100 + seed))
+        everything = world.measure(surfaces, np.random.default_rng(seed), sizes=(1.5, 0, 0, 0))
+        fit = explain(surfaces, everything.only(used), EFFECTS, (0,), used)
+        p.append(withstands(surfaces, everything, EFFECTS, fit, used, held))
+    assert np.median(p) > 0.4 and np.quantile(p, 0.1) < 0.6 and np.mean(np.array(p) < 0.02) < 0.08
 
 
 def test_two_effects_at_once_are_told_from_one(world, surfaces):
