@@ -70,7 +70,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
         },
         "ghosts": _ghosts(picture, rng),
         "powers": powers(scene.effects, picture),
-        "notes": [*scene.notes, *notes],
+        "notes": [*scene.notes, *_refutation(verdict), *notes],
     }
     outcome["sentence"] = sentence(outcome)
     outcome["new_case"] = str(_write_new_case(space, scene, verdict)) if kind == "named" else ""
@@ -89,6 +89,14 @@ def _confirmed(verdict: Verdict, explanations: Sequence[dict[str, Any]]) -> tupl
     if not run or run[0]["gap_used"] >= explanations[0]["gap_used"]:
         return "ambiguous", (*verdict.effects, "unknown")
     return verdict.kind, verdict.effects
+
+
+def _refutation(verdict: Verdict) -> list[str]:
+    """A sentence where the data held out took a name back."""
+    if verdict.best is not None or math.isnan(verdict.held_out):
+        return []
+    names = " and ".join(effect_of(n).called for n in verdict.effects if n != "unknown")
+    return [f"{names} explains the data used, but does not predict those held out (p = {verdict.held_out:.2g}): not named"]
 
 
 def _locations(scene: Scene, picture: Linear) -> list[Location]:

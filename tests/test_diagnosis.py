@@ -83,6 +83,18 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held
     assert main(["check", found["new_case"], "--results", str(tmp_path / "again")]) == 0
 
 
+def test_a_name_that_does_not_predict_the_held_out_rows_is_taken_back_and_said_so(write_case, fake_yade, tmp_path):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES)
+    rows = [row.split(",") for row in lab(bond_number=0.6).splitlines()]
+    for row in rows[1:]:
+        if row[-1] == "held_out":
+            row[3] = repr(1.5 * float(row[3]))
+    case = read_case(write_case(SMALL, lab="\n".join(map(",".join, rows)) + "\n"))
+    found = diagnose(Workspace(case, tmp_path / "results" / "toy"))
+    assert (found["verdict"], found["effects"], found["new_case"]) == ("ambiguous", ["bond_number", "unknown"], "")
+    assert any("does not predict those held out" in note for note in found["notes"])
+
+
 @pytest.mark.parametrize(("index", "name"), [(0, ""), (1, "bond_number"), (2, "bed_viscosity")])
 def test_an_effect_that_clogs_in_the_confirming_runs_is_left_out_and_no_name(space, index, name):
     here, clogs = space(bond_number=0.6), {}
