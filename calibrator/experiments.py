@@ -46,7 +46,8 @@ def library(case: Case) -> list[Effect]:
         assert quantity.low is not None and quantity.high is not None and isinstance(quantity.default, (int, float))
         scale = case.diagnosis.scales.get(name, effect.scale)
         below, above = ((bound - quantity.default) / scale for bound in (quantity.low, quantity.high))
-        found.append(Effect(name, effect.sign, scale, max(-LARGEST, below), min(LARGEST, above), effect.excludes))
+        least, largest = max(-LARGEST, below), min(LARGEST, above)
+        found.append(Effect(name, effect.sign, scale, least, largest, effect.excludes, control=not effect.removed_by))
     return found
 
 

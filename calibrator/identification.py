@@ -27,7 +27,8 @@ VARIANCE_ROUNDS = 2  # the errors of the surfaces depend on where they are used;
 class Effect:
     """A candidate: its column, its sign, and the plausible size that amplitudes count.
 
-    least, largest : amplitudes that its column can take; excludes : columns that it cannot be combined with.
+    least, largest : amplitudes that its column can take; excludes : columns that it cannot be combined with; control : whether
+    no laboratory can remove it, so that nothing could refute its name.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Effect:
     least: float = -LARGEST
     largest: float = LARGEST
     excludes: tuple[str, ...] = ()
+    control: bool = False
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -124,10 +126,11 @@ def explain(
     for _ in range(VARIANCE_ROUNDS):
         covariance = measured.covariance + surfaces.error(*split(best))[index] + own
         root = linalg.cholesky(covariance, lower=True)
-        best = _least_squares(left, slope, root, starts, low, high)
+        whitening = linalg.solve_triangular(root, np.eye(len(root)), lower=True)
+        best = _least_squares(left, slope, whitening, starts, low, high)
         starts = [best]
     residual, jacobian = left(best), slope(best)
-    white, white_jacobian = (linalg.solve_triangular(root, m, lower=True) for m in (residual, jacobian))
+    white, white_jacobian = whitening @ residual, whitening @ jacobian
     chi2 = float(white @ white)
     unit, amplitude = split(best)
     error = np.full(len(effects), np.nan)
@@ -156,15 +159,15 @@ def _starts(d: int, added: tuple[int, ...], low: np.ndarray, high: np.ndarray) -
 
 
 def _least_squares(
-    left: Function, slope: Function, root: np.ndarray, starts: Sequence[np.ndarray], low: np.ndarray, high: np.ndarray
+    left: Function, slope: Function, whitening: np.ndarray, starts: Sequence[np.ndarray], low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
     """Best of bounded least-squares fits (Branch, Coleman & Li, SIAM J. Sci. Comput. 21 (1999) 1-23) from several starts."""
 
     def white(x: np.ndarray) -> np.ndarray:
-        return np.asarray(linalg.solve_triangular(root, left(x), lower=True))
+        return np.asarray(whitening @ left(x))
 
     def white_slope(x: np.ndarray) -> np.ndarray:
-        return np.asarray(-linalg.solve_triangular(root, slope(x), lower=True))
+        return np.asarray(-whitening @ slope(x))
 
     inside = [np.clip(s, low + 1e-6, high - 1e-6) for s in starts]
     fits = [optimize.least_squares(white, s, white_slope, (low, high), x_scale=1.0, xtol=1e-8, ftol=1e-8) for s in inside]

@@ -99,16 +99,26 @@ def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarr
 
 def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) -> np.ndarray:
     """Variance (n,) of lack of fit: what the residuals have beyond the scatter of replicates (Montgomery, Design and Analysis
-    of Experiments, 8th ed., section 11.4.3), over the mean number of replicates; 0 where there are no replicates."""
+    of Experiments, 8th ed., section 11.4.3), over the mean number of replicates; 0 where there are no replicates.
+
+    The excess of a single observable is mostly chance, half of the time a positive one, which would be counted as an error. So
+    the excesses, relative to the scatter, are shrunk towards their mean over the observables by as much as their spread is
+    that of chance (James & Stein's estimator in the form of Efron & Morris, J. Am. Stat. Assoc. 70 (1975) 311-319).
+    """
     _, index, counts = np.unique(sets, axis=0, return_inverse=True, return_counts=True)
     pure = len(sets) - len(counts)
     lacking = spare - pure
     if pure == 0 or lacking <= 0:
         return np.zeros(values.shape[1])
     means = np.array([values[index == i].mean(axis=0) for i in range(len(counts))])
-    scatter = ((values - means[index]) ** 2).sum(axis=0)
-    excess = ((left**2).sum(axis=0) - scatter) / lacking - scatter / pure
-    return np.asarray(np.maximum(excess, 0) / counts.mean())
+    scatter = ((values - means[index]) ** 2).sum(axis=0) / pure
+    mean_square = ((left**2).sum(axis=0) - scatter * pure) / lacking
+    relative = np.divide(mean_square, scatter, out=np.ones_like(scatter), where=scatter > 0) - 1
+    chance = 2 / lacking + 2 / pure
+    spread = np.var(relative, ddof=1) if len(relative) > 1 else chance
+    kept = max(0.0, 1 - chance / spread) if spread > 0 else 0.0
+    shrunk = relative.mean() + kept * (relative - relative.mean())
+    return np.asarray(np.maximum(shrunk, 0) * scatter / counts.mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,15 +175,17 @@ class Surfaces:
 
     @cached_property
     def noise(self) -> np.ndarray:
-        """Covariance (n, n) of one run of every experiment, pooled from both families of runs."""
-        return np.asarray(
-            linalg.block_diag(
-                *[
-                    (p.degrees * p.noise + c.degrees * c.noise) / (p.degrees + c.degrees)
-                    for p, c in zip(self.plain, self.changes, strict=True)
-                ]
-            )
-        )
+        """Covariance (n, n) of one run of every experiment without effects.
+
+        The correlations are pooled from both families of runs, the variances are those of the runs without effects: with some
+        effects runs scatter more, and what the surfaces of an effect miss is in their scatter, too.
+        """
+        blocks = []
+        for p, c in zip(self.plain, self.changes, strict=True):
+            scatter, pooled = np.sqrt(np.diag(p.noise)), p.degrees * p.noise + c.degrees * c.noise
+            size = np.sqrt(np.diag(pooled))
+            blocks.append(pooled / np.outer(size, size) * np.outer(scatter, scatter))
+        return np.asarray(linalg.block_diag(*blocks))
 
     @property
     def degrees(self) -> int:

@@ -26,8 +26,9 @@ class Rule:
     """Thresholds of the verdict; benchmarks/hidden_effect.py measures what they lead to.
 
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
-    of at least `posterior`, no rival within `lead` of its chi2, an amplitude of more than `errors` standard errors, and a ghost
-    probability below `ghost`. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by `pair_lead`.
+    of at least `posterior`, no rival within `lead` of its chi2, an amplitude of more than `errors` standard errors and within
+    what was run, up to `reach` plausible sizes, and a ghost probability below `ghost`; a control is never named, not
+    even as one of a pair, as nothing could refute it. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by `pair_lead`.
     Whatever is named must predict the data held out: their probability under it is at least `held_out`.
     """
 
@@ -37,6 +38,7 @@ class Rule:
     posterior: float = 0.8
     lead: float = 4.0
     errors: float = 2.0
+    reach: float = 1.5
     ghost: float = 0.25
     ghost_of_few: float = 0.05
     few: int = 10
@@ -134,7 +136,8 @@ def judge(
         two = _pair(surfaces, measured, effects, used, rule, found)
         return verdict("two effects", two.effects, two) if two is not None else verdict("unknown", ())
     best = max(adequate, key=lambda one: one.log_evidence)
-    if _nameable(best, found, weights, ghost, rule, len(used) - surfaces.dimensions):
+    (control,) = (e.control for e in effects if e.name in best.effects)
+    if not control and _nameable(best, found, weights, ghost, rule, len(used) - surfaces.dimensions):
         return verdict("named", best.effects, best)
     names = _credible_set(weights, rule.coverage)
     if names == ("unknown",):
@@ -170,7 +173,7 @@ def _nameable(best: Explanation, found: Rivals, weights: dict[str, float], ghost
     return (
         weights[name] >= rule.posterior
         and all(chi2 >= best.chi2 + rule.lead for chi2 in others)
-        and abs(size) > rule.errors * error
+        and rule.errors * error < abs(size) < rule.reach + rule.errors * error
         and ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
     )
 
@@ -198,4 +201,5 @@ def _pair(
     alone = [one.chi2 for one in found.single if one.effects[0] in best.effects]
     clear = not others or others[0].chi2 > best.chi2 + rule.pair_lead
     worthwhile = all(chi2 > best.chi2 + rule.pair_gain for chi2 in alone)
-    return best if clear and worthwhile and best.adequacy(surfaces.degrees) >= rule.adequacy else None
+    refutable = not any(e.control for e in effects if e.name in best.effects)
+    return best if clear and worthwhile and refutable and best.adequacy(surfaces.degrees) >= rule.adequacy else None

@@ -78,6 +78,10 @@ def test_two_effects_at_once_are_told_from_one(world, surfaces):
     two = [v for v in verdicts if v.kind == "two effects"]
     assert len(two) >= 3 and {v.effects for v in two} == {("adhesion", "tilt")}
     assert "named" not in {v.kind for v in verdicts}
+    seed = next(seed for seed, v in enumerate(verdicts) if v.kind == "two effects")
+    rng = np.random.default_rng(seed)
+    control = [dataclasses.replace(e, control=e.name == "tilt") for e in EFFECTS]
+    assert judge(surfaces, world.measure(surfaces, rng, sizes=(1.5, 0, -1.5, 0)), control, ALL, rng).kind == "unknown"
 
 
 def test_pairs_that_cannot_be_combined_are_not_tried(world, surfaces):
@@ -101,6 +105,17 @@ def test_effects_that_look_the_same_are_left_ambiguous(world):
     ambiguous = [v for v in verdicts if v.kind == "ambiguous"]
     assert len(ambiguous) >= 3
     assert all({"adhesion", "drag"} <= set(v.effects) for v in ambiguous)
+
+
+@pytest.mark.parametrize("rule", [Rule(), Rule(reach=0.8)])
+def test_a_control_and_an_amplitude_beyond_what_was_run_are_not_named(world, surfaces, rule):
+    rng = np.random.default_rng(2)
+    measured = world.measure(surfaces, rng, sizes=(1.5, 0, 0, 0))
+    assert judge(surfaces, measured, EFFECTS, ALL, rng).kind == "named"
+    control = rule == Rule()
+    effects = [dataclasses.replace(e, control=control and e.name == "adhesion") for e in EFFECTS]
+    verdict = judge(surfaces, measured, effects, ALL, rng, rule)
+    assert (verdict.kind, verdict.effects) == ("ambiguous", ("adhesion", "unknown"))
 
 
 def test_a_stricter_rule_names_less(world, surfaces):
