@@ -27,9 +27,9 @@ class Rule:
 
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
     of at least `posterior`, no rival within `lead` of its chi2, an amplitude of more than `errors` standard errors and within
-    what was run, up to `reach` plausible sizes, and a ghost probability below `ghost`; a control is never named, not
-    even as one of a pair, as nothing could refute it. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by `pair_lead`.
-    Whatever is named must predict the data held out: their probability under it is at least `held_out`.
+    what was run, up to `reach` plausible sizes, and a ghost probability below `ghost`. A control is never named, not even as one
+    of a pair, as nothing could refute it. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by
+    `pair_lead`. Whatever is named must predict the data held out: their probability under it is at least `held_out`.
     """
 
     p_effect: float = 0.03
