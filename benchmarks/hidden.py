@@ -187,12 +187,13 @@ def score(folder: Path, results: Path) -> dict[str, Any]:
     truth = parse_json(sealed)["truth"]
     found = parse_json(read_text(results / folder.name / "summary.json"))["diagnose"]
     names = [n for n in truth["hidden"] if n not in OUTSIDE]
+    outside = bool(truth["hidden"].keys() & OUTSIDE.keys())
     right = {
         "no gap": not truth["hidden"],
         "named": found["effects"] == names,
         "two effects": sorted(found["effects"]) == sorted(names),
-        "ambiguous": bool(names) and names[0] in found["effects"],
-        "unknown": bool(truth["hidden"].keys() & OUTSIDE.keys()),
+        "ambiguous": names[0] in found["effects"] if names else outside and "unknown" in found["effects"],
+        "unknown": outside,
     }
     outcome = {"truth": truth, "verdict": found["verdict"], "effects": found["effects"], "sentence": found["sentence"]}
     outcome["right"] = right.get(found["verdict"], False)

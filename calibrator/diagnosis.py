@@ -23,12 +23,12 @@ from calibrator.discrepancy import (
 )
 from calibrator.errors import CalibratorError
 from calibrator.files import read_text, write_text
-from calibrator.identification import Explanation
+from calibrator.identification import Explanation, tail
 from calibrator.preflight import powers
 from calibrator.quantities import EFFECTS, effect_of
 from calibrator.sentences import cannot_tell, sentence
 from calibrator.table import Request
-from calibrator.verdict import Linear, Verdict, judge
+from calibrator.verdict import Linear, Rule, Verdict, judge
 from calibrator.workspace import Report, Workspace, made_by, silent
 
 CONFIRM_SEED = 400_000_000  # added to the seeds of the runs that confirm an explanation
@@ -70,7 +70,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
         },
         "ghosts": _ghosts(picture, rng),
         "powers": powers(scene.effects, picture),
-        "notes": [*scene.notes, *_refutation(verdict), *notes],
+        "notes": [*scene.notes, *_refutation(verdict, explanations), *notes],
     }
     outcome["sentence"] = sentence(outcome)
     outcome["new_case"] = str(_write_new_case(space, scene, verdict)) if kind == "named" else ""
@@ -80,23 +80,28 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> di
 def _confirmed(verdict: Verdict, explanations: Sequence[dict[str, Any]]) -> tuple[str, tuple[str, ...]]:
     """Kind and effects of the verdict, once YADE has been asked: a name with which the gap does not shrink is none.
 
-    Nor is one all of whose runs of an experiment failed, which left it out of the explanations. Only the gap on the data used
-    counts: those held out may show none to begin with, and then grow by chance.
+    Nor is one whose runs do not meet the measurements: the surfaces of a wrong effect can bend where no run has been made. Nor
+    one all of whose runs of an experiment failed, which left it out of the explanations. That the gap shrinks is asked on the
+    data used only: those held out may show none to begin with, and then grow by chance.
     """
     if verdict.kind not in ("named", "two effects"):
         return verdict.kind, verdict.effects
     run = [one for one in explanations[1:] if one["effects"] == list(verdict.effects)]
-    if not run or run[0]["gap_used"] >= explanations[0]["gap_used"]:
+    if not run or run[0]["gap_used"] >= explanations[0]["gap_used"] or run[0]["fresh_probability"] < Rule().adequacy:
         return "ambiguous", (*verdict.effects, "unknown")
     return verdict.kind, verdict.effects
 
 
-def _refutation(verdict: Verdict) -> list[str]:
-    """A sentence where the data held out took a name back."""
-    if verdict.best is not None or math.isnan(verdict.held_out):
-        return []
+def _refutation(verdict: Verdict, explanations: Sequence[dict[str, Any]]) -> list[str]:
+    """A sentence where the data held out, or fresh runs, took a name back."""
     names = " and ".join(effect_of(n).called for n in verdict.effects if n != "unknown")
-    return [f"{names} explains the data used, but does not predict those held out (p = {verdict.held_out:.2g}): not named"]
+    if verdict.best is None and not math.isnan(verdict.held_out):
+        return [f"{names} explains the data used, but does not predict those held out (p = {verdict.held_out:.2g}): not named"]
+    if verdict.best is not None and _confirmed(verdict, explanations) != (verdict.kind, verdict.effects):
+        p = [one["fresh_probability"] for one in explanations if one["effects"] == list(verdict.effects)]
+        missed = f"do not meet the measurements (p = {p[0]:.2g})" if p else "did not all come to an end"
+        return [f"{names} explains the surfaces' view of the data, but its runs on YADE {missed}: not named"]
+    return []
 
 
 def _locations(scene: Scene, picture: Linear) -> list[Location]:
@@ -173,6 +178,21 @@ def _standardised(scene: Scene, runs: tuple[np.ndarray, np.ndarray]) -> np.ndarr
     return np.asarray((scene.measured.values - mean) / error)
 
 
+def _fresh_probability(scene: Scene, one: Explanation, runs: tuple[np.ndarray, np.ndarray]) -> float:
+    """Probability that fresh runs at an explanation miss the measurements, used and held out, by as much as these.
+
+    Errors are those of the measurements, the seeds of the fresh runs, and of the place in the box where the fit put them.
+    """
+    mean, count = runs
+    noise = scene.surfaces.noise / np.sqrt(np.outer(count, count))
+    added = [len(one.unit) + i for i, e in enumerate(scene.effects) if e.name in one.effects]
+    slopes = scene.surfaces.jacobian(one.unit, one.amplitude)[:, [*range(len(one.unit)), *added]]
+    index = np.concatenate([scene.used, scene.held])
+    covariance = (scene.measured.covariance + noise + slopes @ one.spread @ slopes.T)[np.ix_(index, index)]
+    residual = (scene.measured.values - mean)[index]
+    return tail(float(residual @ np.linalg.solve(covariance, residual)), len(index), scene.surfaces.degrees)
+
+
 def _rows(scene: Scene, tried: Sequence[Explanation], runs: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[dict[str, Any]]:
     z = [_standardised(scene, one) for one in runs]
     errors = np.sqrt(np.diag(scene.measured.covariance))
@@ -206,6 +226,7 @@ def _explanation(scene: Scene, one: Explanation, runs: tuple[np.ndarray, np.ndar
         "chi2": one.chi2,
         "degrees": one.degrees,
         "adequacy": one.adequacy(scene.surfaces.degrees),
+        "fresh_probability": _fresh_probability(scene, one, runs),
         "gap_used": _rms(z[scene.used]),
         "floor_used": math.sqrt(max(len(scene.used) - free, 1) / len(scene.used)),
         "gap_held_out": _rms(z[scene.held]),

@@ -63,7 +63,8 @@ class Explanation:
 
     effects : names of the added effects, () for the model as it is; unit (d,) parameters in their ranges; amplitude (k,) in
     plausible scales, zero where not added, with standard errors (nan where not added, inf where it shows nowhere); chi2 with
-    its degrees of freedom; residual (n,) and covariance (n, n) at the fit; log_evidence.
+    its degrees of freedom; residual (n,) and covariance (n, n) at the fit; log_evidence; spread (d + a, d + a) covariance of the
+    fitted parameters and the a added amplitudes.
     """
 
     effects: tuple[str, ...]
@@ -75,6 +76,7 @@ class Explanation:
     residual: np.ndarray
     covariance: np.ndarray
     log_evidence: float
+    spread: np.ndarray
 
     def adequacy(self, noise_degrees: float) -> float:
         """Probability of as large a chi2 if this explanation is true."""
@@ -135,7 +137,8 @@ def explain(
     unit, amplitude = split(best)
     error = np.full(len(effects), np.nan)
     curvature = white_jacobian.T @ white_jacobian
-    variance = np.diag(np.linalg.pinv(curvature))[d:]
+    spread = np.linalg.pinv(curvature)
+    variance = np.diag(spread)[d:]
     error[list(added)] = np.sqrt(np.where(variance > 0, variance, np.inf))  # what shows nowhere is not known at all
     evidence = _log_evidence(chi2, root, curvature, d, [(effects[k], amplitude[k], error[k]) for k in added])
     return Explanation(
@@ -148,6 +151,7 @@ def explain(
         residual,
         covariance,
         evidence,
+        spread,
     )
 
 

@@ -29,7 +29,8 @@ class Rule:
     of at least `posterior`, no rival within `lead` of its chi2, an amplitude of more than `errors` standard errors and within
     what was run, up to `reach` plausible sizes, and a ghost probability below `ghost`. A control is never named, not even as one
     of a pair, as nothing could refute it. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by
-    `pair_lead`. Whatever is named must predict the data held out: their probability under it is at least `held_out`.
+    `pair_lead`; a second effect that lowers chi2 by `second` keeps the first from being the whole story. Whatever is named
+    must predict the data held out: their probability under it is at least `held_out`.
     """
 
     p_effect: float = 0.03
@@ -46,6 +47,7 @@ class Rule:
     held_out: float = 0.02
     pair_gain: float = 9.0
     pair_lead: float = 4.6
+    second: float = 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +140,9 @@ def judge(
     best = max(adequate, key=lambda one: one.log_evidence)
     (control,) = (e.control for e in effects if e.name in best.effects)
     if not control and _nameable(best, found, weights, ghost, rule, len(used) - surfaces.dimensions):
-        return verdict("named", best.effects, best)
+        if not _wants_a_second(surfaces, measured, effects, used, rule, best):
+            return verdict("named", best.effects, best)
+        return verdict("ambiguous", (*best.effects, "unknown"))
     names = _credible_set(weights, rule.coverage)
     if names == ("unknown",):
         return verdict("unknown", ())
@@ -176,6 +180,17 @@ def _nameable(best: Explanation, found: Rivals, weights: dict[str, float], ghost
         and rule.errors * error < abs(size) < rule.reach + rule.errors * error
         and ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
     )
+
+
+def _wants_a_second(
+    surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], used: np.ndarray, rule: Rule, best: Explanation
+) -> bool:
+    """Whether a second effect beside this one explains so much more that one alone is not the whole story."""
+    (k,) = (i for i, e in enumerate(effects) if e.name in best.effects)
+    others = [
+        i for i, e in enumerate(effects) if i != k and e.name not in effects[k].excludes and best.effects[0] not in e.excludes
+    ]
+    return any(explain(surfaces, measured, effects, (k, i), used).chi2 < best.chi2 - rule.second for i in others)
 
 
 def _credible_set(weights: dict[str, float], coverage: float) -> tuple[str, ...]:

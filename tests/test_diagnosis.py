@@ -3,6 +3,7 @@
 import json
 import random
 from pathlib import Path
+from types import SimpleNamespace
 
 import fake_yade as fake
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from calibrator import experiments as ex
 from calibrator.case import read_case
 from calibrator.cli import main
-from calibrator.diagnosis import CONFIRM_SEED, diagnose
+from calibrator.diagnosis import CONFIRM_SEED, _confirmed, diagnose
 from calibrator.errors import CalibratorError
 from calibrator.quantities import EFFECTS, RESPONSES
 from calibrator.sentences import sentence
@@ -113,6 +114,25 @@ def test_an_effect_that_clogs_in_the_confirming_runs_is_left_out_and_no_name(spa
     assert any(f"{name} could not be run" in note for note in found["notes"])
     assert all(one["effects"] != [name] for one in found["explanations"])
     assert bool(found["new_case"]) is (index == 2)
+
+
+def fresh(*effects, gap=1.0, p=0.5):
+    return {"effects": list(effects), "gap_used": gap, "fresh_probability": p}
+
+
+@pytest.mark.parametrize(
+    ("runs", "kind"),
+    [
+        ([fresh(gap=3.0), fresh("bond_number")], "named"),
+        ([fresh(gap=3.0), fresh("bond_number", gap=2.0, p=1e-9)], "ambiguous"),  # the gap shrinks, and stays
+        ([fresh(gap=1.2), fresh("bond_number", gap=1.3)], "ambiguous"),
+        ([fresh(gap=3.0), fresh("tilt_deg")], "ambiguous"),  # all runs of the named one failed
+    ],
+)
+def test_a_name_needs_fresh_runs_that_meet_the_measurements(runs, kind):
+    verdict = SimpleNamespace(kind="named", effects=("bond_number",))
+    names = ("bond_number",) if kind == "named" else ("bond_number", "unknown")
+    assert _confirmed(verdict, runs) == (kind, names)
 
 
 def test_nobody_is_told_to_measure_again_after_nothing():

@@ -46,6 +46,9 @@ def sealed_folder(tmp_path, hides, verdict, effects):
         ({}, "named", ["tilt_deg"], False),
         ({"soft_grains": 1.0}, "unknown", [], True),
         ({"soft_grains": 1.0}, "named", ["bond_number"], False),
+        ({"soft_grains": 1.0}, "ambiguous", ["clump_aspect", "unknown"], True),
+        ({"soft_grains": 1.0}, "ambiguous", ["clump_aspect", "bond_number"], False),
+        ({}, "ambiguous", ["clump_aspect", "none"], False),
         ({"bond_number": 0.5}, "cannot tell", [], False),
     ],
 )
