@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, stats
 
 from calibrator.errors import CalibratorError
 
@@ -113,11 +113,12 @@ def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) 
     means = np.array([values[index == i].mean(axis=0) for i in range(len(counts))])
     scatter = ((values - means[index]) ** 2).sum(axis=0) / pure
     mean_square = ((left**2).sum(axis=0) - scatter * pure) / lacking
-    relative = np.divide(mean_square, scatter, out=np.ones_like(scatter), where=scatter > 0) - 1
-    chance = 2 / lacking + 2 / pure
-    spread = np.var(relative, ddof=1) if len(relative) > 1 else chance
+    # The ratio of two variances where nothing is lacking; fewer than five degrees of freedom have no variance.
+    expected, chance = stats.f.stats(lacking, max(pure, 5), moments="mv")
+    ratio = np.divide(mean_square, scatter, out=np.full_like(scatter, expected), where=scatter > 0)
+    spread = np.var(ratio, ddof=1) if len(ratio) > 1 else chance
     kept = max(0.0, 1 - chance / spread) if spread > 0 else 0.0
-    shrunk = relative.mean() + kept * (relative - relative.mean())
+    shrunk = (ratio.mean() + kept * (ratio - ratio.mean())) / expected - 1
     return np.asarray(np.maximum(shrunk, 0) * scatter / counts.mean())
 
 
