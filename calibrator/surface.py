@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg
 
 from calibrator.errors import CalibratorError
 
@@ -99,27 +99,16 @@ def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarr
 
 def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) -> np.ndarray:
     """Variance (n,) of lack of fit: what the residuals have beyond the scatter of replicates (Montgomery, Design and Analysis
-    of Experiments, 8th ed., section 11.4.3), over the mean number of replicates; 0 where there are no replicates.
-
-    The excess of a single observable is mostly chance, half of the time a positive one, which would be counted as an error. So
-    the excesses, relative to the scatter, are shrunk towards their mean over the observables by as much as their spread is
-    that of chance (James & Stein's estimator in the form of Efron & Morris, J. Am. Stat. Assoc. 70 (1975) 311-319).
-    """
+    of Experiments, 8th ed., section 11.4.3), over the mean number of replicates; 0 where there are no replicates."""
     _, index, counts = np.unique(sets, axis=0, return_inverse=True, return_counts=True)
     pure = len(sets) - len(counts)
     lacking = spare - pure
     if pure == 0 or lacking <= 0:
         return np.zeros(values.shape[1])
     means = np.array([values[index == i].mean(axis=0) for i in range(len(counts))])
-    scatter = ((values - means[index]) ** 2).sum(axis=0) / pure
-    mean_square = ((left**2).sum(axis=0) - scatter * pure) / lacking
-    # The ratio of two variances where nothing is lacking; fewer than five degrees of freedom have no variance.
-    expected, chance = stats.f.stats(lacking, max(pure, 5), moments="mv")
-    ratio = np.divide(mean_square, scatter, out=np.full_like(scatter, expected), where=scatter > 0)
-    spread = np.var(ratio, ddof=1) if len(ratio) > 1 else chance
-    kept = max(0.0, 1 - chance / spread) if spread > 0 else 0.0
-    shrunk = (ratio.mean() + kept * (ratio - ratio.mean())) / expected - 1
-    return np.asarray(np.maximum(shrunk, 0) * scatter / counts.mean())
+    scatter = ((values - means[index]) ** 2).sum(axis=0)
+    excess = ((left**2).sum(axis=0) - scatter) / lacking - scatter / pure
+    return np.asarray(np.maximum(excess, 0) / counts.mean())
 
 
 @dataclass(frozen=True, eq=False)

@@ -209,7 +209,7 @@ def test_preflight_says_in_physical_units_what_could_be_seen_and_which_experimen
     found = json.loads((here.path / "summary.json").read_text())["preflight"]
     assert found["self_test"]["none"]["no gap"] >= 10
     right = found["self_test"]["bond_number"]
-    assert right["bond_number"] >= 3 and "bed_viscosity" not in right  # 6 before lack of fit was pooled: silence, no wrong name
+    assert right["bond_number"] >= 6 and "bed_viscosity" not in right
     power = {p["effect"]: p for p in found["effects"]}["bond_number"]
     rows = [line.split(",") for line in lab().splitlines()]
     others = [rows[0], *([*row[:3], str(3 * float(row[3])), *row[4:]] for row in rows[1:])]

@@ -54,14 +54,6 @@ def test_what_a_quadratic_cannot_follow_counts_as_error():
     assert bent.misfit.min() > 0.1**2
 
 
-def test_what_is_chance_hardly_counts_as_lack_of_fit():
-    """The excess over the scatter of replicates, taken at its face value, would be twice as large."""
-    units, sizes, found = np.repeat(POINTS, 2, axis=0), np.zeros((32, 1)), []
-    for _ in range(100):
-        found.append(Surface.fit(units, sizes, smooth(units, sizes)[:, :1] + RNG.normal(size=(32, 8))).misfit.mean())
-    assert 0.01 < np.mean(found) < 0.06
-
-
 def test_an_effect_with_which_runs_scatter_more_does_not_raise_the_noise_of_those_without():
     units = np.repeat(POINTS, 8, axis=0)
     sizes = np.resize([0.5, 1.0, 1.5, 0.75], (128, 1))
