@@ -26,7 +26,7 @@ hidden: yade $(VENV)/.done
 	$(BIN)/calibrator diagnose $(SECRET)/case.toml
 	$(BIN)/python -m benchmarks.hidden score $(SECRET)
 
-# The three live cases of docs/missing_effect.md, half an hour on two cores; their reports' figures go to docs/figures/live.
+# Three live cases whose secrets can be made again by their seeds; their reports' figures go to docs/figures/live.
 live:
 	$(MAKE) hidden HIDE=none SEED=1
 	$(MAKE) hidden HIDE=soft_grains SEED=2

@@ -10,9 +10,11 @@ library, or a pair. What the bars are about (nothing, strong effects) has severa
 experiment, spare ones where some clog; a trial draws five of each as the replicates of a laboratory, and errors of metrology
 anew; a neck or a level that is slightly off shifts them along the surfaces' slopes. Pools are shared by the trials of a class,
 so intervals are bootstrapped by pool.
-Each class of a single effect is judged once more without that effect in the library. The thresholds of `verdict.Rule` were
-fixed before any of these runs was made, but for `held_out`, which came after a look at the first truths; `further_truths` in
-the results are the figures of those that came later.
+Each class of a single effect is judged once more without that effect in the library. Most thresholds of `verdict.Rule` were
+fixed before any of these runs was made. After a look at the first truths came `held_out`, `second`, `reach`, that a control is
+not named, that scatter is taken from runs without effects, and the case's plausible sizes of adhesion and of the neck's error;
+`further_truths` in the results are the figures of those that were judged later. The fresh YADE runs by which `diagnose` can take
+a name back are not made here, so live it names less.
 """
 
 import json

@@ -314,7 +314,7 @@ def falling_from_a_shaken_hand(shaking, frequency, periods, shaking_time):
     body = add_grain(p, 0, grain)
     effects.shake(p)
     run(periods / frequency)
-    return dict(velocity=list(body.state.vel), time=O.time, shakes=effects.shakes(), step=O.dt)
+    return dict(velocity=list(body.state.vel), time=O.time, shakes=effects.shakes())
 
 
 def friction_at(partner, wall_friction_ratio):
