@@ -60,6 +60,7 @@ AMPLITUDES = {"weak": 0.4, "middling": 0.8, "strong": 1.5}
 CONTROL = "twisting_stiffness"  # not expected to be identifiable: one class only
 PAIRS = (("bond_number", "neck_error"), ("clump_aspect", "tilt_deg"))
 NOTHING, MORE_NOTHING = 20, 20  # classes with nothing hidden, at different parameters; the second lot comes last
+ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does not look for: the grains then slip on each other
 MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
 POOL = 10  # runs of every experiment in a pool, at most
 TRIALS = 10  # of a class
@@ -129,7 +130,8 @@ def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
     for turn in range(MORE_TRUTHS):
         wanted += [(e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(effects) if e.name != CONTROL]
     wanted += _outside_and_pairs(effects, [*OUTSIDE, "vibration"])
-    return wanted + [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
+    wanted += [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
+    return [*wanted, ("wall_friction_ratio", "rough", {"wall_friction_ratio": ROUGH})]
 
 
 def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:

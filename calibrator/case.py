@@ -162,7 +162,8 @@ class Diagnosis:
 
     sets with replicates of the model as it is, the same sets once more with other seeds as baseline of the fingerprints, and
     effect_sets of each effect at different amplitudes. effects : columns of the library, all unless given. scales : plausible
-    sizes by column, in its unit, where they are not the library's: drag matters to fine sand, not to coarse. nuisances : table of
+    sizes by column, in its unit, where they are not the library's: drag matters to fine sand, not to coarse; a negative one
+    looks below the column's default only. nuisances : table of
     the metrology's errors. verify_replicates : fresh seeds of the model before and after. budget_core_hours : more than
     that is not spent without --yes.
     """
@@ -184,11 +185,11 @@ class Diagnosis:
         for name, size in self.scales.items():
             known(name, self.effects, "effect in diagnosis.scales")
             column = EFFECTS[name]
-            assert column.high is not None and isinstance(column.default, (int, float))
-            if not 0 < size <= column.high - column.default:
-                raise CalibratorError(
-                    f"diagnosis.scales.{name} = {size:g}: give a size above 0 and at most {column.high - column.default:g}"
-                )
+            assert column.low is not None and column.high is not None and isinstance(column.default, (int, float))
+            least, largest = column.low - column.default, column.high - column.default
+            if size == 0 or not least <= size <= largest:
+                below = f", or at least {least:g} to look below the default only" if least < 0 else ""
+                raise CalibratorError(f"diagnosis.scales.{name} = {size:g}: give a size above 0 and at most {largest:g}{below}")
         if len(set(self.effects)) < len(self.effects) or not self.effects:
             raise CalibratorError("diagnosis.effects is empty or names one twice: name each effect once")
         _within("diagnosis", self, sets=(4, 1000), replicates=(1, 99), effect_sets=(4, 1000), verify_replicates=(2, 99))

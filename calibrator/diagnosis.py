@@ -25,7 +25,7 @@ from calibrator.errors import CalibratorError
 from calibrator.files import read_text, write_text
 from calibrator.identification import Explanation, tail
 from calibrator.preflight import powers
-from calibrator.quantities import EFFECTS, effect_of
+from calibrator.quantities import effect_of
 from calibrator.sentences import cannot_tell, sentence
 from calibrator.table import Request
 from calibrator.verdict import Linear, Rule, Verdict, judge
@@ -219,7 +219,7 @@ def _explanation(scene: Scene, one: Explanation, runs: tuple[np.ndarray, np.ndar
         "effects": list(one.effects),
         "parameters_unit": [float(u) for u in one.unit],
         "amplitudes": {
-            e.name: {"value": ex.column_value(e, a), "error": finite(s * e.scale)}
+            e.name: {"value": ex.column_value(e, a), "error": finite(s * abs(e.scale))}
             for e, a, s in zip(scene.effects, one.amplitude, one.amplitude_error, strict=True)
             if e.name in one.effects
         },
@@ -247,9 +247,7 @@ def _write_new_case(space: Workspace, scene: Scene, verdict: Verdict) -> Path:
     effect = scene.effects[index]
     size, error = verdict.best.amplitude[index], verdict.best.amplitude_error[index]
     reach = max(3 * error, 0.5 * abs(size))
-    column = EFFECTS[name]
-    lowest = column.default if effect.sign == "+" else column.low
-    ends = [float(np.clip(ex.column_value(effect, size + s * reach), lowest, column.high)) for s in (-1, 1)]
+    ends = sorted(ex.column_value(effect, float(np.clip(size + s * reach, *effect.bounds))) for s in (-1, 1))
     folder = space.folder("with_effect")
     text = re.sub(r"(?m)^(shipped|truth_file)\s*=.*\n", "", read_text(case.path))
     text = re.sub(r"(?m)^name\s*=.*$", f'name = "{case.name}_with_{name}"', text, count=1)

@@ -43,10 +43,10 @@ def prepare(
     """
     case, effects = space.case, ex.library(space.case)
     found = ex.experiments(case, observables)
-    _enough(space, len(effects))
     points = sobol(case.problem, case.diagnosis.sets)
     plain = ex.plain_requests(case, found, points)
     changes = ex.change_requests(case, found, effects, points)
+    _enough(len(case.problem.names), effects, found, plain, changes)
     records = carried_out(space, [r for own in (*plain, *changes) for r in own], yes, report)
     Database(records.values()).write(space.folder() / "diagnosis.csv", made_by(space, "diagnose"))
     own, changed = by_experiment(records, plain), by_experiment(records, changes)
@@ -65,13 +65,21 @@ def prepare(
     return Scene(effects, found, ordered, surfaces, measured, used, held, notes)
 
 
-def _enough(space: Workspace, effects: int) -> None:
+def _enough(
+    parameters: int,
+    effects: Sequence[Effect],
+    found: Sequence[ex.Experiment],
+    plain: Sequence[Sequence[Request]],
+    changes: Sequence[Sequence[Request]],
+) -> None:
     """Raise CalibratorError where the planned runs are too few for the surfaces, before any of them is made."""
-    settings, parameters = space.case.diagnosis, len(space.case.problem.names)
-    if settings.sets * settings.replicates < (least := fewest_runs(parameters, 0)):
-        raise CalibratorError(f"diagnosis.sets x replicates is below {least}: raise one of them")
-    if settings.sets + effects * settings.effect_sets < (least := fewest_runs(parameters, effects)):
-        raise CalibratorError(f"diagnosis.sets + effects x effect_sets is below {least}: raise one of them")
+    for e, own, changed in zip(found, plain, changes, strict=True):
+        if len(own) < (least := fewest_runs(parameters, 0)):
+            raise CalibratorError(f"diagnosis.sets x replicates gives {e.name} {len(own)} runs, below {least}: raise one of them")
+        if len(changed) < (least := fewest_runs(parameters, len(ex.effects_in(e, effects)))):
+            raise CalibratorError(
+                f"diagnosis.sets + effects x effect_sets gives {e.name} {len(changed)} runs, below {least}: raise one of them"
+            )
 
 
 def carried_out(space: Workspace, requests: Sequence[Request], yes: bool, report: Report) -> dict[str, Record]:

@@ -45,9 +45,10 @@ def library(case: Case) -> list[Effect]:
         effect = effect_of(name)
         assert quantity.low is not None and quantity.high is not None and isinstance(quantity.default, (int, float))
         scale = case.diagnosis.scales.get(name, effect.scale)
-        below, above = ((bound - quantity.default) / scale for bound in (quantity.low, quantity.high))
+        below, above = sorted((bound - quantity.default) / scale for bound in (quantity.low, quantity.high))
         least, largest = max(-LARGEST, below), min(LARGEST, above)
-        found.append(Effect(name, effect.sign, scale, least, largest, effect.excludes, control=not effect.removed_by))
+        sign = effect.sign if scale > 0 else "+"  # a negative size: only that direction is looked into
+        found.append(Effect(name, sign, scale, least, largest, effect.excludes, control=not effect.removed_by))
     return found
 
 
@@ -113,12 +114,16 @@ def change_requests(
     return [_changes(case, i, e, effects, points) for i, e in enumerate(found)]
 
 
+def effects_in(experiment: Experiment, effects: Sequence[Effect]) -> list[Effect]:
+    """The effects that an experiment can show: known to its set-up, and not held at a value, as moisture is by drying."""
+    return [e for e in effects if e.name in parameters_of(experiment.setup) and e.name not in experiment.values]
+
+
 def _changes(case: Case, index: int, experiment: Experiment, effects: Sequence[Effect], points: np.ndarray) -> list[Request]:
     seed, count = _first_seed(case, index) + CHANGE_SEED, case.diagnosis.effect_sets
     requests = [request(case, experiment, p, seed + SET_STRIDE * j) for j, p in enumerate(points)]
-    for k, effect in enumerate(effects):
-        if effect.name not in parameters_of(experiment.setup):
-            continue
+    for effect in effects_in(experiment, effects):
+        k = effects.index(effect)
         chosen = points[(np.arange(count) * 3 + k) % len(points)]
         for j, point in enumerate(chosen):
             added = {effect.name: column_value(effect, amplitude(effect, j))}

@@ -25,7 +25,7 @@ VARIANCE_ROUNDS = 2  # the errors of the surfaces depend on where they are used;
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate: its column, its sign, and the plausible size that amplitudes count.
+    """A candidate: its column, its sign, and the plausible size that amplitudes count (negative where it lowers its column).
 
     least, largest : amplitudes that its column can take; excludes : columns that it cannot be combined with; control : whether
     no laboratory can remove it, so that nothing could refute its name.

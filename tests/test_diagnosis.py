@@ -6,6 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import fake_yade as fake
+import numpy as np
 import pytest
 
 from calibrator import experiments as ex
@@ -255,7 +256,49 @@ def test_a_case_has_its_own_plausible_size_of_an_effect(write_case, tmp_path):
     assert ex.column_value(drag, 1.5) == pytest.approx(6e-3)
 
 
-@pytest.mark.parametrize(("scales", "message"), [("bed_viscosity = 0.0", "above 0"), ("tilt_deg = 3.0", "diagnosis.scales")])
+def test_a_negative_size_looks_below_the_default_only(write_case, tmp_path):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES)
+    own = SMALL[1][:-5].replace("bed_viscosity", "wall_friction_ratio", 1).replace('nuisances = "nuisances.csv"\n', "")
+    smooth = f"{own}[diagnosis.scales]\nwall_friction_ratio = -0.4\n[run]"
+    wall = ex.library(read_case(write_case(("[run]", smooth), lab=lab())))[1]
+    assert [ex.column_value(wall, a) for a in (1.0, *wall.bounds)] == pytest.approx([0.6, 1.0, 0.0])
+    assert min(ex.column_value(wall, ex.amplitude(wall, j)) for j in range(8)) == pytest.approx(0.4)
+
+
+def test_a_condition_that_takes_an_effect_away_has_no_runs_with_it_and_does_not_feel_it(write_case, fake_yade, tmp_path):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES)
+    dried = SMALL[1].replace("[diagnosis]", '[conditions.dried]\nsetup = "ledge"\nbond_number = 0.0\n[diagnosis]')
+    dried = dried.replace("sets = 12", "sets = 16", 1)
+    rows = [r for r in lab(bond_number=0.6).splitlines() if not r.startswith("ledge")]
+    ledge = [r for r in lab().splitlines() if r.startswith("ledge")]
+    dry = [r.replace("ledge,,", "ledge,dried,").replace("held_out", "diagnose") for r in ledge]
+    case = read_case(write_case(("[run]", dried), lab="\n".join([*rows, *dry]) + "\n"))
+    own = next(e for e in ex.experiments(case, case.observables) if e.name == "ledge@dried")
+    points = np.tile(ex.point(case, np.full(len(case.problem.names), 0.5)), (16, 1))
+    asked = ex.change_requests(case, [own], ex.library(case), points)[0]
+    assert {float(r.value("bond_number")) for r in asked} == {0.0}
+    assert sum(float(r.value("bed_viscosity")) > 0 for r in asked) == case.diagnosis.effect_sets
+    found = diagnose(Workspace(case, tmp_path / "results" / "toy"))
+    assert (found["verdict"], found["effects"]) == ("named", ["bond_number"])
+    used = [o["key"] for o in found["observables"] if o["used"]]
+    shifts = dict(zip(used, found["fingerprints"]["shifts"], strict=True))
+    assert {key: own[0] == 0 for key, own in shifts.items()} == {key: "dried" in key for key in shifts}
+
+
+def test_too_few_runs_of_one_experiment_are_refused_before_any_is_made(write_case, fake_yade, tmp_path):
+    (tmp_path / "nuisances.csv").write_text(NUISANCES)
+    few = SMALL[1].replace("[diagnosis]", '[conditions.dried]\nsetup = "ledge"\nbond_number = 0.0\n[diagnosis]')
+    rows = lab().replace("ledge,,", "ledge,dried,")
+    space = Workspace(read_case(write_case(("[run]", few), lab=rows)), tmp_path / "results" / "toy")
+    with pytest.raises(CalibratorError, match="ledge@dried 20 runs, below 23"):
+        diagnose(space)
+    assert not (space.path / "calls.txt").exists()
+
+
+@pytest.mark.parametrize(
+    ("scales", "message"),
+    [("bed_viscosity = 0.0", "above 0"), ("bed_viscosity = -1e-3", "above 0"), ("tilt_deg = 3.0", "diagnosis.scales")],
+)
 def test_a_size_that_cannot_be_is_refused(write_case, scales, message):
     with pytest.raises(CalibratorError, match=message):
         read_case(write_case(("[run]", f"{SMALL[1][:-5]}[diagnosis.scales]\n{scales}\n[run]"), lab=lab()))
