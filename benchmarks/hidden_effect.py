@@ -2,7 +2,7 @@
 
     calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv, grid/missing_effect.csv
     python -m benchmarks.hidden_effect run [N [CLASS]]     carry out the pools (resumable), hours: grid/missing_effect_pools.csv;
-                                                           N runs of each instead of five, of classes whose label begins so
+                                                           N runs of each instead of five, of classes whose label begins so, or of the one of that number
     python -m benchmarks.hidden_effect                     judge them: benchmarks/results/hidden_effect.json
 
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong amplitude, an effect outside the
@@ -62,6 +62,9 @@ PAIRS = (("bond_number", "neck_error"), ("clump_aspect", "tilt_deg"))
 NOTHING, MORE_NOTHING = 20, 20  # classes with nothing hidden, at different parameters; the second lot comes last
 ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does not look for: the grains then slip on each other
 MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
+LATEST = ("bond_number", "neck_error", "clump_aspect")  # strong effects all of whose truths had been judged: two more of each
+# Truths that were judged for the first time when the case and all rules were as they are now.
+JUDGED_LAST = {37, 38, 47, 48, 50, 51, 54, 55, 57, 58, 61, *range(71, 98)}
 POOL = 10  # runs of every experiment in a pool, at most
 TRIALS = 10  # of a class
 FIRST_SEED = 1_100_000_000
@@ -131,7 +134,10 @@ def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
         wanted += [(e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(effects) if e.name != CONTROL]
     wanted += _outside_and_pairs(effects, [*OUTSIDE, "vibration"])
     wanted += [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
-    return [*wanted, ("wall_friction_ratio", "rough", {"wall_friction_ratio": ROUGH})]
+    wanted.append(("wall_friction_ratio", "rough", {"wall_friction_ratio": ROUGH}))
+    for turn in range(MORE_TRUTHS):
+        wanted += [(e.name, "strong", _hidden(e, "strong", turn)) for e in effects if e.name in LATEST]
+    return wanted + _outside_and_pairs(effects, list(OUTSIDE))
 
 
 def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:
@@ -420,7 +426,7 @@ def main() -> None:
     there = Database(Database.read(POOLS).find(asked) if POOLS.exists() else [])
     if what == "run":
         most, label = int(some[0]) if some else REPLICATES, some[1] if some[1:] else ""
-        chosen = [c for c in everything if c.label.startswith(label)]
+        chosen = [c for c in everything if c.label.startswith(label) or str(c.index) == label]
         if not chosen:
             sys.exit(f"no class's label begins with {label}: give one of {', '.join(sorted({c.label for c in everything}))}")
         for one in chosen:
@@ -435,7 +441,7 @@ def main() -> None:
     trials = judged_trials(case, everything, pools, shipped)
     results = {
         **rates(trials),
-        "further_truths": rates([t for t in trials if t.pool >= len(_first(case))]),
+        "further_truths": rates([t for t in trials if t.pool in JUDGED_LAST]),
         "confusion": matrix(trials),
         "amplitudes": amplitudes(trials),
         "smallest": smallest(case, library(case, shipped)),

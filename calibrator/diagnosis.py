@@ -224,6 +224,7 @@ def _explanation(scene: Scene, one: Explanation, runs: tuple[np.ndarray, np.ndar
             if e.name in one.effects
         },
         "chi2": one.chi2,
+        "deviance": one.deviance,
         "degrees": one.degrees,
         "adequacy": one.adequacy(scene.surfaces.degrees),
         "fresh_probability": _fresh_probability(scene, one, runs),

@@ -78,6 +78,11 @@ class Explanation:
     log_evidence: float
     spread: np.ndarray
 
+    @property
+    def deviance(self) -> float:
+        """Minus twice the log likelihood, but for a constant: what to compare explanations by, as their errors differ."""
+        return self.chi2 + float(np.linalg.slogdet(self.covariance)[1])
+
     def adequacy(self, noise_degrees: float) -> float:
         """Probability of as large a chi2 if this explanation is true."""
         return tail(self.chi2, self.degrees, noise_degrees)
@@ -221,10 +226,10 @@ def rivals(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], ke
 
 
 def pairs(surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], kept: np.ndarray | None = None) -> list[Explanation]:
-    """Every pair of effects that can be combined, the best first."""
+    """Every pair of effects that can be combined, the likeliest first."""
     fits = [
         explain(surfaces, measured, effects, (i, j), kept)
         for i, j in itertools.combinations(range(len(effects)), 2)
         if effects[j].name not in effects[i].excludes and effects[i].name not in effects[j].excludes
     ]
-    return sorted(fits, key=lambda fit: fit.chi2)
+    return sorted(fits, key=lambda fit: fit.deviance)

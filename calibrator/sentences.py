@@ -62,7 +62,11 @@ def _named(o: dict[str, Any]) -> str:
     best = o["explanations"][1]
     parts = [f"{effect_of(n).called} ({n} = {a['value']:.3g} +- {_digits(a['error'])})" for n, a in best["amplitudes"].items()]
     rivals = [e for e in o["explanations"][2:] if e["effects"]]
-    rival = f"; next {effect_of(rivals[0]['effects'][0]).called}, chi2 {rivals[0]['chi2'] - best['chi2']:+.1f}" if rivals else ""
+    rival = (
+        f"; next {effect_of(rivals[0]['effects'][0]).called}, deviance {rivals[0]['deviance'] - best['deviance']:+.1f}"
+        if rivals
+        else ""
+    )
     return f"The missing effect is {' and '.join(parts)}{rival}, with posterior {_posterior(o):.2f}."
 
 

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, stats
 
 from calibrator.errors import CalibratorError
 
 BENDING = 0.5  # of an effect's size: what its square and its products with parameters plausibly amount to
 SMALLEST_EFFECT = 0.1  # in scatters of a run: keeps the ridge of an effect that does nothing finite
+MISFIT_LEVEL = 0.001  # an effect's runs must scatter this improbably before its surfaces are said to miss something
 SPARE_RUNS = 8  # more than terms: the seed noise is estimated from these degrees of freedom
 
 
@@ -111,16 +112,35 @@ def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) 
     return np.asarray(np.maximum(excess, 0) / counts.mean())
 
 
+def _effect_misfits(plain: Surface, change: Surface, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Variance (k, n) by which the surfaces miss runs with each effect, at its plausible size.
+
+    It is what the residuals of these runs have beyond the noise of the runs without effects: a moist heap that comes down as
+    a block in one run and not in the next is no quadratic function of anything. Zero where that could be chance (F test).
+    """
+    design, found = terms(units, amplitudes), np.zeros((amplitudes.shape[1], values.shape[1]))
+    left, noise = values - design @ change.coefficients, np.diag(plain.noise)
+    free = 1 - np.einsum("ij,jk,ik->i", design, change.inverse, design)  # of each run: one less its leverage
+    for k, own in enumerate((amplitudes != 0).T):
+        if own.any():
+            scatter = (left[own] ** 2).sum(axis=0) / free[own].sum()
+            real = stats.f.sf(scatter / noise, free[own].sum(), plain.degrees) < MISFIT_LEVEL
+            found[k] = np.where(real, (scatter - noise) / np.mean(amplitudes[own, k] ** 2), 0.0)
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class Surfaces:
     """The surfaces of all experiments, their observables one after another.
 
     The change by effects comes from runs and seeds of its own (`changes`), apart from those of the model without effects
-    (`plain`): noise that the two shared would look like an effect in the residual.
+    (`plain`): noise that the two shared would look like an effect in the residual. effect_misfits (k, n of the experiment) :
+    variances by which the surfaces miss each effect, at its plausible size.
     """
 
     plain: tuple[Surface, ...]
     changes: tuple[Surface, ...]
+    effect_misfits: tuple[np.ndarray, ...]
     dimensions: int
 
     def mean(self, units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
@@ -135,8 +155,10 @@ class Surfaces:
         return np.asarray(
             linalg.block_diag(
                 *[
-                    (without @ p.inverse @ without) * p.noise + np.diag(p.misfit) + (step @ c.inverse @ step) * c.noise
-                    for p, c in zip(self.plain, self.changes, strict=True)
+                    (without @ p.inverse @ without) * p.noise
+                    + np.diag(p.misfit + np.asarray(amplitude) ** 2 @ own)
+                    + (step @ c.inverse @ step) * c.noise
+                    for p, c, own in zip(self.plain, self.changes, self.effect_misfits, strict=True)
                 ]
             )
         )
@@ -202,8 +224,7 @@ def fit_surfaces(
             "give them seeds of their own"
         )
     effects = changes[0][1].shape[1] if changes else 0
-    return Surfaces(
-        tuple(Surface.fit(u, np.zeros((len(u), effects)), v, name) for (u, v), name in zip(plain, experiments, strict=True)),
-        tuple(Surface.fit(u, a, v, name) for (u, a, v), name in zip(changes, experiments, strict=True)),
-        plain[0][0].shape[1],
-    )
+    without = [Surface.fit(u, np.zeros((len(u), effects)), v, name) for (u, v), name in zip(plain, experiments, strict=True)]
+    added = [Surface.fit(u, a, v, name) for (u, a, v), name in zip(changes, experiments, strict=True)]
+    misfits = [_effect_misfits(p, c, *own) for p, c, own in zip(without, added, changes, strict=True)]
+    return Surfaces(tuple(without), tuple(added), tuple(misfits), plain[0][0].shape[1])

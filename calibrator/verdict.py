@@ -26,10 +26,10 @@ class Rule:
     """Thresholds of the verdict; benchmarks/hidden_effect.py measures what they lead to.
 
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
-    of at least `posterior`, no rival within `lead` of its chi2, an amplitude of more than `errors` standard errors and within
-    what was run, up to `reach` plausible sizes, and a ghost probability below `ghost`. A control is never named, not even as one
-    of a pair, as nothing could refute it. A pair has to lower chi2 by `pair_gain` for each effect, and to lead other pairs by
-    `pair_lead`; a second effect that lowers chi2 by `second` keeps the first from being the whole story. Whatever is named
+    of at least `posterior`, no rival within `lead` of its deviance, an amplitude of more than `errors` standard errors and not
+    far beyond what was run, `reach` plausible sizes, and a ghost probability below `ghost`. A control is never named, not even as one
+    of a pair, as nothing could refute it. A pair has to lower the deviance by `pair_gain` for each effect, and to lead other
+    pairs by `pair_lead`; a second effect that lowers it by `second` keeps the first from being the whole story. Whatever is named
     must predict the data held out: their probability under it is at least `held_out`.
     """
 
@@ -37,9 +37,9 @@ class Rule:
     p_chi2: float = 0.01
     adequacy: float = 0.02
     posterior: float = 0.8
-    lead: float = 4.0
+    lead: float = 6.0
     errors: float = 2.0
-    reach: float = 1.5
+    reach: float = 1.75
     ghost: float = 0.25
     ghost_of_few: float = 0.05
     few: int = 10
@@ -173,10 +173,10 @@ def withstands(
 def _nameable(best: Explanation, found: Rivals, weights: dict[str, float], ghost: float, rule: Rule, degrees: int) -> bool:
     (name,) = best.effects
     size, error = next((a, s) for a, s in zip(best.amplitude, best.amplitude_error, strict=True) if not np.isnan(s))
-    others = [one.chi2 for one in found.single if one.effects != best.effects]
+    others = [one.deviance for one in found.single if one.effects != best.effects]
     return (
         weights[name] >= rule.posterior
-        and all(chi2 >= best.chi2 + rule.lead for chi2 in others)
+        and all(deviance >= best.deviance + rule.lead for deviance in others)
         and rule.errors * error < abs(size) < rule.reach + rule.errors * error
         and ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
     )
@@ -190,7 +190,7 @@ def _wants_a_second(
     others = [
         i for i, e in enumerate(effects) if i != k and e.name not in effects[k].excludes and best.effects[0] not in e.excludes
     ]
-    return any(explain(surfaces, measured, effects, (k, i), used).chi2 < best.chi2 - rule.second for i in others)
+    return any(explain(surfaces, measured, effects, (k, i), used).deviance < best.deviance - rule.second for i in others)
 
 
 def _credible_set(weights: dict[str, float], coverage: float) -> tuple[str, ...]:
@@ -213,8 +213,8 @@ def _pair(
     if not (fits := pairs(surfaces, measured, effects, kept)):
         return None
     best, *others = fits
-    alone = [one.chi2 for one in found.single if one.effects[0] in best.effects]
-    clear = not others or others[0].chi2 > best.chi2 + rule.pair_lead
-    worthwhile = all(chi2 > best.chi2 + rule.pair_gain for chi2 in alone)
+    alone = [one.deviance for one in found.single if one.effects[0] in best.effects]
+    clear = not others or others[0].deviance > best.deviance + rule.pair_lead
+    worthwhile = all(deviance > best.deviance + rule.pair_gain for deviance in alone)
     refutable = not any(e.control for e in effects if e.name in best.effects)
     return best if clear and worthwhile and refutable and best.adequacy(surfaces.degrees) >= rule.adequacy else None
