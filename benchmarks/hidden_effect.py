@@ -2,7 +2,8 @@
 
     calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv, grid/missing_effect.csv
     python -m benchmarks.hidden_effect run [N [CLASS]]     carry out the pools (resumable), hours: grid/missing_effect_pools.csv;
-                                                           N runs of each instead of five, of classes whose label begins so, or of the one of that number
+                                                           N runs of each instead of five, of classes whose label begins so
+                                                           or whose number it is
     python -m benchmarks.hidden_effect                     judge them: benchmarks/results/hidden_effect.json
 
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong amplitude, an effect outside the

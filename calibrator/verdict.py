@@ -26,11 +26,11 @@ class Rule:
     """Thresholds of the verdict; benchmarks/hidden_effect.py measures what they lead to.
 
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
-    of at least `posterior`, no rival within `lead` of its deviance, an amplitude of more than `errors` standard errors and not
-    far beyond what was run, `reach` plausible sizes, and a ghost probability below `ghost`. A control is never named, not even as one
-    of a pair, as nothing could refute it. A pair has to lower the deviance by `pair_gain` for each effect, and to lead other
-    pairs by `pair_lead`; a second effect that lowers it by `second` keeps the first from being the whole story. Whatever is named
-    must predict the data held out: their probability under it is at least `held_out`.
+    of at least `posterior`, no rival within `lead` of its deviance (6: twenty to one), an amplitude of more than `errors` standard
+    errors and not far beyond the 1.5 plausible sizes that were run, `reach`, and a ghost probability below `ghost`. A control is
+    never named, not even as one of a pair, as nothing could refute it. A pair has to lower the deviance by `pair_gain` for each
+    effect, and to lead other pairs by `pair_lead`; a second effect that lowers it by `second` keeps the first from being the
+    whole story. Whatever is named must predict the data held out: their probability under it is at least `held_out`.
     """
 
     p_effect: float = 0.03
