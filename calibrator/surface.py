@@ -152,16 +152,18 @@ class Surfaces:
     def error(self, unit: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """Covariance (n, n) of the observables at parameters (d,) and amplitudes (k,)."""
         without, step = (rows[0] for rows in self._rows(unit, amplitude))
-        return np.asarray(
+        return np.diag(self.missed(amplitude)) + np.asarray(
             linalg.block_diag(
                 *[
-                    (without @ p.inverse @ without) * p.noise
-                    + np.diag(p.misfit + np.asarray(amplitude) ** 2 @ own)
-                    + (step @ c.inverse @ step) * c.noise
-                    for p, c, own in zip(self.plain, self.changes, self.effect_misfits, strict=True)
+                    (without @ p.inverse @ without) * p.noise + np.diag(p.misfit) + (step @ c.inverse @ step) * c.noise
+                    for p, c in zip(self.plain, self.changes, strict=True)
                 ]
             )
         )
+
+    def missed(self, amplitude: np.ndarray) -> np.ndarray:
+        """Variances (n,) by which single runs with effects of amplitudes (k,) miss the surfaces, beyond the noise."""
+        return np.asarray(np.asarray(amplitude) ** 2 @ np.hstack(self.effect_misfits))
 
     def jacobian(self, unit: np.ndarray, amplitude: np.ndarray, step: float = 1e-4) -> np.ndarray:
         """Derivatives (n, d + k): by each parameter per range, then by each amplitude per scale.

@@ -26,7 +26,7 @@ class Rule:
     """Thresholds of the verdict; benchmarks/hidden_effect.py measures what they lead to.
 
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
-    of at least `posterior`, no rival within `lead` of its deviance (6: twenty to one), an amplitude of more than `errors` standard
+    of at least `posterior`, no rival within `lead` of its deviance (6: twenty to one), an amplitude above `errors` standard
     errors and not far beyond the 1.5 plausible sizes that were run, `reach`, and a ghost probability below `ghost`. A control is
     never named, not even as one of a pair, as nothing could refute it. A pair has to lower the deviance by `pair_gain` for each
     effect, and to lead other pairs by `pair_lead`; a second effect that lowers it by `second` keeps the first from being the
