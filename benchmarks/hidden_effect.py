@@ -11,11 +11,11 @@ library, or a pair. What the bars are about (nothing, strong effects) has severa
 experiment, spare ones where some clog; a trial draws five of each as the replicates of a laboratory, and errors of metrology
 anew; a neck or a level that is slightly off shifts them along the surfaces' slopes. Pools are shared by the trials of a class,
 so intervals are bootstrapped by pool.
-Each class of a single effect is judged once more without that effect in the library. Most thresholds of `verdict.Rule` were
-fixed before any of these runs was made. After a look at the first truths came `held_out`, `second`, `reach`, that a control is
-not named, that scatter is taken from runs without effects, and the case's plausible sizes of adhesion and of the neck's error;
-`further_truths` in the results are the figures of those that were judged later. The fresh YADE runs by which `diagnose` can take
-a name back are not made here, so live it names less.
+Each class of a single effect is judged once more without that effect in the library. After a look at the first truths came, in
+`verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and that a control is not named; the
+scatter of runs with an effect; and in the case the plausible sizes, the dried heap and walls that are only smoother. The figures of
+the truths that were judged for the first time after all that are `further_truths` in the results. The fresh YADE runs by which
+`diagnose` can take a name back are not made here, so live it names less.
 """
 
 import json
@@ -65,7 +65,7 @@ ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does no
 MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
 LATEST = ("bond_number", "neck_error", "clump_aspect")  # strong effects all of whose truths had been judged: two more of each
 # Truths that were judged for the first time when the case and all rules were as they are now.
-JUDGED_LAST = {37, 38, 47, 48, 50, 51, 54, 55, 57, 58, 61, *range(71, 98)}
+JUDGED_LAST = {37, 38, 47, 50, 51, 54, 55, 57, 58, 61, *range(71, 98)}
 POOL = 10  # runs of every experiment in a pool, at most
 TRIALS = 10  # of a class
 FIRST_SEED = 1_100_000_000
@@ -194,7 +194,7 @@ def measurements(case: Case, pool: list[np.ndarray], judged: Judged, rng: np.ran
     small = small_effects(nuisances, draws)
     shift = sum((slopes[:, names.index(n)] * v / judged.effects[names.index(n)].scale for n, v in small.items()), 0.0)
     found_errors = ex.measured(reported, nuisances, judged.surfaces, slopes, judged.effects)
-    return Measured(found_errors.values + shift, found_errors.covariance)
+    return replace(found_errors, values=found_errors.values + shift)
 
 
 def trial(case: Case, one: Class, pool: list[np.ndarray], judged: Judged, withheld: bool, rng: np.random.Generator) -> Trial:

@@ -185,7 +185,7 @@ def _fresh_probability(scene: Scene, one: Explanation, runs: tuple[np.ndarray, n
     Errors are those of the measurements, the seeds of the fresh runs, and of the place in the box where the fit put them.
     """
     mean, count = runs
-    noise = (scene.surfaces.noise + np.diag(scene.surfaces.missed(one.amplitude))) / np.sqrt(np.outer(count, count))
+    noise = (scene.surfaces.noise + np.diag(scene.surfaces.extra_scatter(one.amplitude))) / np.sqrt(np.outer(count, count))
     added = [len(one.unit) + i for i, e in enumerate(scene.effects) if e.name in one.effects]
     slopes = scene.surfaces.jacobian(one.unit, one.amplitude)[:, [*range(len(one.unit)), *added]]
     index = np.concatenate([scene.used, scene.held])

@@ -250,7 +250,7 @@ def measured(
     for nuisance in nuisances:
         column = _nuisance_column(nuisance, observables, slopes, effects)
         covariance = covariance + np.outer(column, column)
-    return Measured(np.array([o.value for o in observables]), covariance)
+    return Measured(np.array([o.value for o in observables]), covariance, np.array([o.replicates for o in observables]))
 
 
 def _scatter(observable: Observable, simulated: float) -> float:

@@ -47,14 +47,15 @@ class Effect:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Observables (n,) with their covariance (n, n): scatter over replicates and errors of the metrology."""
+    """Observables (n,), means over replicates (n,), with their covariance (n, n): scatter, and errors of the metrology."""
 
     values: np.ndarray
     covariance: np.ndarray
+    replicates: np.ndarray
 
     def only(self, kept: np.ndarray) -> Measured:
         """The observables at indices or where a mask is true."""
-        return Measured(self.values[kept], self.covariance[np.ix_(kept, kept)])
+        return Measured(self.values[kept], self.covariance[np.ix_(kept, kept)], self.replicates[kept])
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +132,8 @@ def explain(
     best = np.concatenate([np.full(d, 0.5), np.zeros(len(added))])
     starts = _starts(d, added, low, high)
     for _ in range(VARIANCE_ROUNDS):
-        covariance = measured.covariance + surfaces.error(*split(best))[index] + own
+        scatter = surfaces.extra_scatter(split(best)[1])[kept] / measured.replicates
+        covariance = measured.covariance + surfaces.error(*split(best))[index] + np.diag(scatter) + own
         root = linalg.cholesky(covariance, lower=True)
         whitening = linalg.solve_triangular(root, np.eye(len(root)), lower=True)
         best = _least_squares(left, slope, whitening, starts, low, high)

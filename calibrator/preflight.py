@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from calibrator.discrepancy import (
     smallest_detectable,
     smallest_nameable,
 )
-from calibrator.identification import Effect, Measured
+from calibrator.identification import Effect
 from calibrator.lab import Observable
 from calibrator.quantities import EFFECTS, effect_of
 from calibrator.verdict import Linear, judge, linear
@@ -109,10 +110,9 @@ def self_test(scene: Scene, used: np.ndarray, trials: int = SELF_TESTS, seed: in
                 amplitude[hidden] = 1.0 if scene.effects[hidden].sign == "+" else rng.choice([-1.0, 1.0])
             unit = rng.uniform(0.2, 0.8, d)
             mean = scene.surfaces.mean(unit, amplitude)[0]
-            errors = rng.multivariate_normal(
-                np.zeros(len(mean)), scene.measured.covariance + scene.surfaces.error(unit, amplitude)
-            )
-            imagined = Measured(mean + errors, scene.measured.covariance)
+            scatter = np.diag(scene.surfaces.extra_scatter(amplitude) / scene.measured.replicates)
+            covariance = scene.measured.covariance + scene.surfaces.error(unit, amplitude) + scatter
+            imagined = replace(scene.measured, values=rng.multivariate_normal(mean, covariance))
             verdict = judge(scene.surfaces, imagined, scene.effects, used, rng, held=scene.held)
             counts[verdict.said] = counts.get(verdict.said, 0) + 1
     return found

@@ -18,7 +18,7 @@ from calibrator.errors import CalibratorError
 
 BENDING = 0.5  # of an effect's size: what its square and its products with parameters plausibly amount to
 SMALLEST_EFFECT = 0.1  # in scatters of a run: keeps the ridge of an effect that does nothing finite
-MISFIT_LEVEL = 0.001  # an effect's runs must scatter this improbably before its surfaces are said to miss something
+SCATTER_LEVEL = 0.001  # probability under which runs with an effect are said to scatter more than those without
 SPARE_RUNS = 8  # more than terms: the seed noise is estimated from these degrees of freedom
 
 
@@ -112,11 +112,13 @@ def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) 
     return np.asarray(np.maximum(excess, 0) / counts.mean())
 
 
-def _effect_misfits(plain: Surface, change: Surface, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Variance (k, n) by which the surfaces miss runs with each effect, at its plausible size.
+def _effect_scatters(
+    plain: Surface, change: Surface, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray
+) -> np.ndarray:
+    """Variance (k, n) by which runs with each effect scatter more than those without, at its plausible size.
 
-    It is what the residuals of these runs have beyond the noise of the runs without effects: a moist heap that comes down as
-    a block in one run and not in the next is no quadratic function of anything. Zero where that could be chance (F test).
+    A moist heap comes down as a block in one run and not in the next, and a few large grains make a discharge uneven. Zero
+    where what the residuals have beyond the noise could be chance (F test).
     """
     design, found = terms(units, amplitudes), np.zeros((amplitudes.shape[1], values.shape[1]))
     left, noise = values - design @ change.coefficients, np.diag(plain.noise)
@@ -124,7 +126,7 @@ def _effect_misfits(plain: Surface, change: Surface, units: np.ndarray, amplitud
     for k, own in enumerate((amplitudes != 0).T):
         if own.any():
             scatter = (left[own] ** 2).sum(axis=0) / free[own].sum()
-            real = stats.f.sf(scatter / noise, free[own].sum(), plain.degrees) < MISFIT_LEVEL
+            real = stats.f.sf(scatter / noise, free[own].sum(), plain.degrees) < SCATTER_LEVEL
             found[k] = np.where(real, (scatter - noise) / np.mean(amplitudes[own, k] ** 2), 0.0)
     return found
 
@@ -134,13 +136,13 @@ class Surfaces:
     """The surfaces of all experiments, their observables one after another.
 
     The change by effects comes from runs and seeds of its own (`changes`), apart from those of the model without effects
-    (`plain`): noise that the two shared would look like an effect in the residual. effect_misfits (k, n of the experiment) :
-    variances by which the surfaces miss each effect, at its plausible size.
+    (`plain`): noise that the two shared would look like an effect in the residual. effect_scatters (k, n of the experiment) :
+    variances by which runs with each effect scatter more, at its plausible size.
     """
 
     plain: tuple[Surface, ...]
     changes: tuple[Surface, ...]
-    effect_misfits: tuple[np.ndarray, ...]
+    effect_scatters: tuple[np.ndarray, ...]
     dimensions: int
 
     def mean(self, units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
@@ -152,7 +154,7 @@ class Surfaces:
     def error(self, unit: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """Covariance (n, n) of the observables at parameters (d,) and amplitudes (k,)."""
         without, step = (rows[0] for rows in self._rows(unit, amplitude))
-        return np.diag(self.missed(amplitude)) + np.asarray(
+        return np.asarray(
             linalg.block_diag(
                 *[
                     (without @ p.inverse @ without) * p.noise + np.diag(p.misfit) + (step @ c.inverse @ step) * c.noise
@@ -161,9 +163,9 @@ class Surfaces:
             )
         )
 
-    def missed(self, amplitude: np.ndarray) -> np.ndarray:
-        """Variances (n,) by which single runs with effects of amplitudes (k,) miss the surfaces, beyond the noise."""
-        return np.asarray(np.asarray(amplitude) ** 2 @ np.hstack(self.effect_misfits))
+    def extra_scatter(self, amplitude: np.ndarray) -> np.ndarray:
+        """Variances (n,) that single runs with effects of amplitudes (k,) have beyond the noise."""
+        return np.asarray(np.asarray(amplitude) ** 2 @ np.hstack(self.effect_scatters))
 
     def jacobian(self, unit: np.ndarray, amplitude: np.ndarray, step: float = 1e-4) -> np.ndarray:
         """Derivatives (n, d + k): by each parameter per range, then by each amplitude per scale.
@@ -228,5 +230,5 @@ def fit_surfaces(
     effects = changes[0][1].shape[1] if changes else 0
     without = [Surface.fit(u, np.zeros((len(u), effects)), v, name) for (u, v), name in zip(plain, experiments, strict=True)]
     added = [Surface.fit(u, a, v, name) for (u, a, v), name in zip(changes, experiments, strict=True)]
-    misfits = [_effect_misfits(p, c, *own) for p, c, own in zip(without, added, changes, strict=True)]
-    return Surfaces(tuple(without), tuple(added), tuple(misfits), plain[0][0].shape[1])
+    scatters = [_effect_scatters(p, c, *own) for p, c, own in zip(without, added, changes, strict=True)]
+    return Surfaces(tuple(without), tuple(added), tuple(scatters), plain[0][0].shape[1])

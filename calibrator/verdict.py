@@ -27,16 +27,17 @@ class Rule:
 
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit is adequate, a posterior
     of at least `posterior`, no rival within `lead` of its deviance (6: twenty to one), an amplitude above `errors` standard
-    errors and not far beyond the 1.5 plausible sizes that were run, `reach`, and a ghost probability below `ghost`. A control is
-    never named, not even as one of a pair, as nothing could refute it. A pair has to lower the deviance by `pair_gain` for each
-    effect, and to lead other pairs by `pair_lead`; a second effect that lowers it by `second` keeps the first from being the
-    whole story. Whatever is named must predict the data held out: their probability under it is at least `held_out`.
+    errors and below `reach`, which is little beyond the 1.5 plausible sizes that were run, and a ghost probability below `ghost`.
+    A control is never named, not even as one of a pair, as nothing could refute it. A pair has to lower the deviance by
+    `pair_gain` for each effect, and to lead other pairs by `pair_lead`, with amplitudes like those; a second effect that lowers
+    it by `second` keeps the first from being the whole story. Whatever is named must predict the data held out: their
+    probability under it is at least `held_out`.
     """
 
     p_effect: float = 0.03
     p_chi2: float = 0.01
     adequacy: float = 0.02
-    posterior: float = 0.8
+    posterior: float = 0.9
     lead: float = 6.0
     errors: float = 2.0
     reach: float = 1.75
@@ -172,14 +173,20 @@ def withstands(
 
 def _nameable(best: Explanation, found: Rivals, weights: dict[str, float], ghost: float, rule: Rule, degrees: int) -> bool:
     (name,) = best.effects
-    size, error = next((a, s) for a, s in zip(best.amplitude, best.amplitude_error, strict=True) if not np.isnan(s))
     others = [one.deviance for one in found.single if one.effects != best.effects]
     return (
         weights[name] >= rule.posterior
         and all(deviance >= best.deviance + rule.lead for deviance in others)
-        and rule.errors * error < abs(size) < rule.reach + rule.errors * error
+        and _plausible(best, rule)
         and ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
     )
+
+
+def _plausible(one: Explanation, rule: Rule) -> bool:
+    """Whether all amplitudes are clear of zero, and not far beyond what was run."""
+    added = ~np.isnan(one.amplitude_error)
+    size, error = np.abs(one.amplitude[added]), one.amplitude_error[added]
+    return bool(((rule.errors * error < size) & (size < rule.reach)).all())
 
 
 def _wants_a_second(
@@ -210,11 +217,12 @@ def _pair(
     """The pair of effects that explains what no single one does, or None."""
     if len(kept) - surfaces.dimensions - 2 < 1 or len(effects) < 2:
         return None
-    if not (fits := pairs(surfaces, measured, effects, kept)):
+    if not (found_pairs := pairs(surfaces, measured, effects, kept)):
         return None
-    best, *others = fits
+    best, *others = found_pairs
     alone = [one.deviance for one in found.single if one.effects[0] in best.effects]
     clear = not others or others[0].deviance > best.deviance + rule.pair_lead
     worthwhile = all(deviance > best.deviance + rule.pair_gain for deviance in alone)
     refutable = not any(e.control for e in effects if e.name in best.effects)
-    return best if clear and worthwhile and refutable and best.adequacy(surfaces.degrees) >= rule.adequacy else None
+    fits = _plausible(best, rule) and best.adequacy(surfaces.degrees) >= rule.adequacy
+    return best if clear and worthwhile and refutable and fits else None

@@ -63,17 +63,16 @@ def test_an_effect_with_which_runs_scatter_more_does_not_raise_the_noise_of_thos
     np.testing.assert_allclose(surfaces.noise, [[1.0, 0.6], [0.6, 1.0]], rtol=0.4)  # pooled it would be some five times as large
 
 
-def test_what_the_surfaces_of_one_effect_miss_counts_as_its_error_and_grows_with_it():
+def test_the_extra_scatter_of_runs_with_one_effect_is_its_own_and_grows_with_it():
     units, sizes = np.vstack([POINTS] * 5), np.zeros((80, 2))
     sizes[16:48, 0] = sizes[48:, 1] = np.resize([0.5, 1.0, 1.5, 0.75], 32)
     plain, values = RNG.normal(size=(80, 2)), 3 + sizes @ np.array([[1.0, 2.0], [3.0, 1.0]]) + RNG.normal(size=(80, 2))
     values[48:, 0] += np.where(RNG.random(32) < 0.5, 6.0, -6.0) * sizes[48:, 1]  # the heap stands, or it does not
     surfaces = fit_surfaces([(units, plain)], [(units, sizes, values)], ["ledge"], {1}, {2})
-    ((first, second),) = surfaces.effect_misfits
+    ((first, second),) = surfaces.effect_scatters
     assert not first.any() and second[1] == 0 and 18 < second[0] < 54  # 36, but for chance
-    middle = np.array([0.5, 0.5])
-    small, large = (surfaces.error(middle, np.array([0.0, a]))[0, 0] for a in (0.5, 1.5))
-    assert 6 < large / small < 10  # nine times as large where the misfit rules
+    small, large = (surfaces.extra_scatter(np.array([2.0, a])) for a in (0.5, 1.5))
+    np.testing.assert_allclose(large, [9 * small[0], 0.0])
 
 
 def test_too_few_runs_are_refused_with_the_number_that_is_missing():

@@ -56,4 +56,4 @@ class World:
         """Means over the replicates of a laboratory in which effects are hidden."""
         unit = rng.uniform(0.25, 0.75, PARAMETERS)
         runs = [self.run(unit, np.array(sizes, float), rng) + outside * self.outside for _ in range(REPLICATES)]
-        return Measured(np.mean(runs, axis=0), surfaces.noise / REPLICATES)
+        return Measured(np.mean(runs, axis=0), surfaces.noise / REPLICATES, np.full(COUNT, REPLICATES))
