@@ -13,9 +13,9 @@ anew; a neck or a level that is slightly off shifts them along the surfaces' slo
 so intervals are bootstrapped by pool.
 Each class of a single effect is judged once more without that effect in the library. After a look at the first truths came, in
 `verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and that a control is not named; the
-scatter of runs with an effect; and in the case the plausible sizes, the dried heap and walls that are only smoother. The figures of
-the truths that were judged for the first time after all that are `further_truths` in the results. The fresh YADE runs by which
-`diagnose` can take a name back are not made here, so live it names less.
+scatter of runs with an effect; and in the case the plausible sizes, the dried heap and walls that are only smoother. The figures
+of the truths that were judged for the first time after all that are `further_truths` in the results. The fresh YADE runs by
+which `diagnose` can take a name back are not made here, so live it names less.
 """
 
 import json
