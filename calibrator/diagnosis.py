@@ -136,7 +136,7 @@ def _shortlist(verdict: Verdict) -> list[Explanation]:
 
 def _confirming(
     space: Workspace, scene: Scene, tried: Sequence[Explanation], yes: bool, report: Report
-) -> tuple[list[Explanation], list[tuple[np.ndarray, np.ndarray]], list[str]]:
+) -> tuple[list[Explanation], list[ex.Averages], list[str]]:
     """Fresh YADE runs at each explanation: mean responses (n,) and runs behind them; and sentences on runs left out.
 
     An effect all of whose runs of an experiment fail, as by clogging where the laboratory's grains flowed, is left out and said
@@ -150,7 +150,7 @@ def _confirming(
     kept, runs = [], []
     for index, (one, own) in enumerate(zip(tried, found, strict=True)):
         try:
-            runs.append(ex.means(scene.experiments, own))
+            runs.append(ex.averages(scene.experiments, own))
             kept.append(one)
         except CalibratorError as error:
             if index == 0:
@@ -171,30 +171,32 @@ def _fresh(space: Workspace, scene: Scene, one: Explanation, index: int) -> list
     ]
 
 
-def _standardised(scene: Scene, runs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def _standardised(scene: Scene, runs: ex.Averages) -> np.ndarray:
     """Residuals (n,) of fresh runs over standard errors that are the same for all explanations: larger ones would pass for a
     smaller gap."""
-    mean, count = runs
-    error = np.sqrt(np.diag(scene.measured.covariance) + np.diag(scene.surfaces.noise) / count)
-    return np.asarray((scene.measured.values - mean) / error)
+    error = np.sqrt(np.diag(scene.measured.covariance) + np.diag(scene.surfaces.noise) / runs.count)
+    return np.asarray((scene.measured.values - runs.mean) / error)
 
 
-def _fresh_probability(scene: Scene, one: Explanation, runs: tuple[np.ndarray, np.ndarray]) -> float:
+def _fresh_probability(scene: Scene, one: Explanation, runs: ex.Averages) -> float:
     """Probability that fresh runs at an explanation miss the measurements, used and held out, by as much as these.
 
-    Errors are those of the measurements, the seeds of the fresh runs, and of the place in the box where the fit put them.
+    Errors are those of the measurements, the seeds of the fresh runs, which scatter more where a neck is about to clog or a
+    heap may stand, and of the place in the box where the fit put them.
     """
-    mean, count = runs
-    noise = (scene.surfaces.noise + np.diag(scene.surfaces.extra_scatter(one.amplitude))) / np.sqrt(np.outer(count, count))
+    plain = np.sqrt(np.diag(scene.surfaces.noise))
+    expected = np.sqrt(plain**2 + scene.surfaces.extra_scatter(one.amplitude))
+    error = ex.pooled_scatter(runs.scatter, runs.count, expected) / np.sqrt(runs.count)
+    noise = scene.surfaces.noise / np.outer(plain, plain) * np.outer(error, error)
     added = [len(one.unit) + i for i, e in enumerate(scene.effects) if e.name in one.effects]
     slopes = scene.surfaces.jacobian(one.unit, one.amplitude)[:, [*range(len(one.unit)), *added]]
     index = np.concatenate([scene.used, scene.held])
     covariance = (scene.measured.covariance + noise + slopes @ one.spread @ slopes.T)[np.ix_(index, index)]
-    residual = (scene.measured.values - mean)[index]
+    residual = (scene.measured.values - runs.mean)[index]
     return tail(float(residual @ np.linalg.solve(covariance, residual)), len(index), scene.surfaces.degrees)
 
 
-def _rows(scene: Scene, tried: Sequence[Explanation], runs: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[dict[str, Any]]:
+def _rows(scene: Scene, tried: Sequence[Explanation], runs: Sequence[ex.Averages]) -> list[dict[str, Any]]:
     z = [_standardised(scene, one) for one in runs]
     errors = np.sqrt(np.diag(scene.measured.covariance))
     used = set(scene.used.tolist())
@@ -206,14 +208,14 @@ def _rows(scene: Scene, tried: Sequence[Explanation], runs: Sequence[tuple[np.nd
             "used": i in used,
             "measured": float(scene.measured.values[i]),
             "error": float(errors[i]),
-            "simulated": [float(mean[i]) for mean, _ in runs],
+            "simulated": [float(own.mean[i]) for own in runs],
             "z": [float(own[i]) for own in z],
         }
         for i, o in enumerate(scene.observables)
     ]
 
 
-def _explanation(scene: Scene, one: Explanation, runs: tuple[np.ndarray, np.ndarray]) -> dict[str, Any]:
+def _explanation(scene: Scene, one: Explanation, runs: ex.Averages) -> dict[str, Any]:
     z = _standardised(scene, runs)
     free = len(one.unit) + len(one.effects)
     return {

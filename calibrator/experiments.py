@@ -213,9 +213,18 @@ def left_out(experiment: Experiment, records: Sequence[Record]) -> list[str]:
     return [f"{len(bad)} of {len(records)} runs of {experiment.name} are left out: {listed}"] if bad else []
 
 
-def means(found: Sequence[Experiment], records: Sequence[Sequence[Record]]) -> tuple[np.ndarray, np.ndarray]:
-    """Mean of the complete runs, and their number, of every observable (n,). Raises CalibratorError where there is no run."""
-    values, counts = [], []
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """Mean of complete runs, their number and their standard deviation (0 of a single one), of every observable (n,)."""
+
+    mean: np.ndarray
+    count: np.ndarray
+    scatter: np.ndarray
+
+
+def averages(found: Sequence[Experiment], records: Sequence[Sequence[Record]]) -> Averages:
+    """Averages over the complete runs. Raises CalibratorError where there is no run."""
+    values, counts, scatters = [], [], []
     for e, own in zip(found, records, strict=True):
         rows = values_of(e, own)
         if not len(rows):
@@ -225,7 +234,8 @@ def means(found: Sequence[Experiment], records: Sequence[Sequence[Record]]) -> t
             )
         values.append(rows.mean(axis=0))
         counts.append(np.full(len(e.responses), len(rows)))
-    return np.concatenate(values), np.concatenate(counts)
+        scatters.append(rows.std(axis=0, ddof=1) if len(rows) > 1 else np.zeros(len(e.responses)))
+    return Averages(np.concatenate(values), np.concatenate(counts), np.concatenate(scatters))
 
 
 def measured(
@@ -245,21 +255,20 @@ def measured(
     noise = found.noise
     seed_scatter = np.sqrt(np.diag(noise))
     correlation = noise / np.outer(seed_scatter, seed_scatter)
-    error = np.array([_scatter(o, s) / np.sqrt(o.replicates) for o, s in zip(observables, seed_scatter, strict=True)])
+    own, replicates = np.array([o.scatter for o in observables]), np.array([o.replicates for o in observables])
+    error = pooled_scatter(own, replicates, seed_scatter) / np.sqrt(replicates)
     covariance = correlation * np.outer(error, error)
     for nuisance in nuisances:
         column = _nuisance_column(nuisance, observables, slopes, effects)
         covariance = covariance + np.outer(column, column)
-    return Measured(np.array([o.value for o in observables]), covariance, np.array([o.replicates for o in observables]))
+    return Measured(np.array([o.value for o in observables]), covariance, replicates)
 
 
-def _scatter(observable: Observable, simulated: float) -> float:
-    """Scatter of one replicate: pooled with the simulation's, unless the laboratory's is larger."""
-    degrees = observable.replicates - 1
-    if observable.scatter == 0 or degrees == 0:
-        return max(observable.scatter, simulated)
-    pooled = (degrees * observable.scatter**2 + PRIOR_DEGREES * simulated**2) / (degrees + PRIOR_DEGREES)
-    return float(np.sqrt(max(pooled, observable.scatter**2)))
+def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarray) -> np.ndarray:
+    """Scatter (n,) of one replicate: that of a few is pooled with the simulation's, unless it is the larger one."""
+    degrees = np.where(own > 0, replicates - 1, 0)
+    pooled = (degrees * own**2 + PRIOR_DEGREES * simulated**2) / (degrees + PRIOR_DEGREES)
+    return np.asarray(np.maximum(np.sqrt(pooled), own))
 
 
 def _nuisance_column(
