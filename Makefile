@@ -26,11 +26,12 @@ hidden: yade $(VENV)/.done
 	$(BIN)/calibrator diagnose $(SECRET)/case.toml
 	$(BIN)/python -m benchmarks.hidden score $(SECRET)
 
-# Three live cases whose secrets can be made again by their seeds; their reports' figures go to docs/figures/live.
+# Three live cases whose secrets can be made again by their seeds; their reports' figures go to docs/figures/live. Adhesion has the
+# first seed that draws more than 1.4 plausible sizes of it, for a case with a strong effect.
 live:
 	$(MAKE) hidden HIDE=none SEED=1
 	$(MAKE) hidden HIDE=soft_grains SEED=2
-	$(MAKE) hidden HIDE=bond_number SEED=17704
+	$(MAKE) hidden HIDE=bond_number SEED=4
 	for h in none soft_grains bond_number; do mkdir -p docs/figures/live/$$h && \
 	  cp results/secret_$$h/diagnosis_figures/*.png results/laboratories/secret_$$h/score.json docs/figures/live/$$h/; done
 
