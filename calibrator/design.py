@@ -24,5 +24,14 @@ def sobol(problem: Problem, sets: int) -> np.ndarray:
     return np.column_stack([p.values_at(share) for p, share in zip(problem.parameters, unit.T, strict=True)])
 
 
+def cells(dimensions: int, count: int) -> np.ndarray:
+    """Shares (count, dimensions) of an unscrambled Sobol sequence, in the middle of their cells.
+
+    However few they are, each part of one share's range goes with all parts of the others'.
+    """
+    size = _power_of_two(max(count, 2))
+    return np.asarray(qmc.Sobol(dimensions, scramble=False).random(size)[:count] + 0.5 / size)
+
+
 def _power_of_two(count: int) -> int:
     return 1 << (count - 1).bit_length()

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case import Case
+from calibrator.design import cells
 from calibrator.discrepancy import FEWEST_DEGREES, repeated
 from calibrator.errors import CalibratorError
 from calibrator.identification import LARGEST, Effect, Measured
@@ -23,7 +24,7 @@ from calibrator.table import Request
 EXPERIMENT_STRIDE = 1_000_000  # between the first seeds of experiments: a filling must not be the same in two of them
 CHANGE_SEED = 200_000_000  # added to the seeds of the fingerprints' runs
 SET_STRIDE = 100  # between the seeds of neighbouring sets, for their replicates
-AMPLITUDES = (1.0, 0.5, 1.5, 0.75)  # of the sets of an effect in turn, in plausible scales
+AMPLITUDES = (0.5, 0.75, 1.0, 1.5)  # of an effect's runs, in plausible scales
 PRIOR_DEGREES = 4  # weight of the simulation's scatter beside that of a few replicates in the laboratory
 
 
@@ -110,7 +111,7 @@ def plain_requests(case: Case, found: Sequence[Experiment], points: np.ndarray) 
 def change_requests(
     case: Case, found: Sequence[Experiment], effects: Sequence[Effect], points: np.ndarray
 ) -> list[list[Request]]:
-    """Runs of the fingerprints, a list per experiment: the sets (n, d) without effects, then some of them with each."""
+    """Runs of the fingerprints, a list per experiment: the sets (n, d) without effects, then runs with each of them."""
     return [_changes(case, i, e, effects, points) for i, e in enumerate(found)]
 
 
@@ -121,21 +122,23 @@ def effects_in(experiment: Experiment, effects: Sequence[Effect]) -> list[Effect
 
 def _changes(case: Case, index: int, experiment: Experiment, effects: Sequence[Effect], points: np.ndarray) -> list[Request]:
     seed, count = _first_seed(case, index) + CHANGE_SEED, case.diagnosis.effect_sets
+    shares = cells(len(case.problem.names) + 1, count)  # of the parameters and of the amplitude, which must not go together
     requests = [request(case, experiment, p, seed + SET_STRIDE * j) for j, p in enumerate(points)]
     for effect in effects_in(experiment, effects):
         k = effects.index(effect)
-        chosen = points[(np.arange(count) * 3 + k) % len(points)]
-        for j, point in enumerate(chosen):
-            added = {effect.name: column_value(effect, amplitude(effect, j))}
-            requests.append(request(case, experiment, point, seed + SET_STRIDE * (len(points) + count * k + j), added))
+        for j, own in enumerate(shares):
+            added = {effect.name: column_value(effect, amplitude(effect, own[-1]))}
+            first = seed + SET_STRIDE * (len(points) + count * k + j)
+            requests.append(request(case, experiment, point(case, own[:-1]), first, added))
     return requests
 
 
-def amplitude(effect: Effect, index: int) -> float:
-    """Amplitude of the index-th run of an effect; of both signs, where both make sense, and within the effect's bounds."""
-    size = AMPLITUDES[index % len(AMPLITUDES)]
-    signed = size if effect.sign == "+" or index // len(AMPLITUDES) % 2 == 0 else -size
-    return min(max(signed, effect.least), effect.largest)
+def amplitude(effect: Effect, share: float) -> float:
+    """Amplitude at a share of their range; of both signs, where both make sense, and within the effect's bounds."""
+    levels = (
+        AMPLITUDES if effect.sign == "+" else tuple(s * a for a in AMPLITUDES for s in (-1, 1))
+    )  # either sign of one together
+    return min(max(levels[int(share * len(levels))], effect.least), effect.largest)
 
 
 def column_value(effect: Effect, size: float) -> float:
