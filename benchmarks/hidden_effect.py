@@ -13,9 +13,9 @@ anew; a neck or a level that is slightly off shifts them along the surfaces' slo
 so intervals are bootstrapped by pool.
 Each class of a single effect is judged once more without that effect in the library. After a look at the first truths came, in
 `verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and that a control is not named; the
-scatter of runs with an effect; and in the case the plausible sizes, the dried heap and walls that are only smoother. The figures
-of the truths that were judged for the first time after all that are `further_truths` in the results. The fresh YADE runs by
-which `diagnose` can take a name back are not made here, so live it names less.
+scatter of runs with an effect and the design of these runs; and in the case the plausible sizes, the dried heap and walls that
+are only smoother. The figures of the truths that were judged for the first time after all that are `further_truths` in the
+results. The fresh YADE runs by which `diagnose` can take a name back are not made here, so live it names less.
 """
 
 import json
@@ -64,8 +64,8 @@ NOTHING, MORE_NOTHING = 20, 20  # classes with nothing hidden, at different para
 ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does not look for: the grains then slip on each other
 MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
 LATEST = ("bond_number", "neck_error", "clump_aspect")  # strong effects all of whose truths had been judged: two more of each
-# Truths that were judged for the first time when the case and all rules were as they are now.
-JUDGED_LAST = {37, 38, 47, 50, 51, 54, 55, 57, 58, 61, *range(71, 98)}
+# Truths that were judged for the first time when the case, its design and all rules were as they are now.
+JUDGED_LAST = {*range(3, 9), 61, *range(71, 86), *range(90, 96), *range(97, 105)}
 POOL = 10  # runs of every experiment in a pool, at most
 TRIALS = 10  # of a class
 FIRST_SEED = 1_100_000_000
@@ -138,7 +138,8 @@ def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
     wanted.append(("wall_friction_ratio", "rough", {"wall_friction_ratio": ROUGH}))
     for turn in range(MORE_TRUTHS):
         wanted += [(e.name, "strong", _hidden(e, "strong", turn)) for e in effects if e.name in LATEST]
-    return wanted + _outside_and_pairs(effects, list(OUTSIDE))
+    wanted += _outside_and_pairs(effects, list(OUTSIDE))
+    return wanted + [(e.name, "strong", _hidden(e, "strong", i)) for i, e in enumerate(effects) if e.name != CONTROL]
 
 
 def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:
