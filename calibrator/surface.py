@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg
 
 from calibrator.errors import CalibratorError
 
 BENDING = 0.5  # of an effect's size: what its square and its products with parameters plausibly amount to
 SMALLEST_EFFECT = 0.1  # in scatters of a run: keeps the ridge of an effect that does nothing finite
-SCATTER_LEVEL = 0.001  # probability under which runs with an effect are said to scatter more than those without
 SPARE_RUNS = 8  # more than terms: the seed noise is estimated from these degrees of freedom
 
 
@@ -115,10 +114,10 @@ def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) 
 def _effect_scatters(
     plain: Surface, change: Surface, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray
 ) -> np.ndarray:
-    """Variance (k, n) by which runs with each effect scatter more than those without, at its plausible size.
+    """Variance (k, n) that runs with each effect have about the surfaces beyond the noise of those without, at plausible size.
 
-    A moist heap comes down as a block in one run and not in the next, and a few large grains make a discharge uneven. Zero
-    where what the residuals have beyond the noise could be chance (F test).
+    A moist heap comes down as a block in one run and not in the next, a few large grains make a discharge uneven, and an
+    effect may bend more than the surfaces do.
     """
     design, found = terms(units, amplitudes), np.zeros((amplitudes.shape[1], values.shape[1]))
     left, noise = values - design @ change.coefficients, np.diag(plain.noise)
@@ -126,8 +125,7 @@ def _effect_scatters(
     for k, own in enumerate((amplitudes != 0).T):
         if own.any():
             scatter = (left[own] ** 2).sum(axis=0) / free[own].sum()
-            real = stats.f.sf(scatter / noise, free[own].sum(), plain.degrees) < SCATTER_LEVEL
-            found[k] = np.where(real, (scatter - noise) / np.mean(amplitudes[own, k] ** 2), 0.0)
+            found[k] = np.maximum(scatter - noise, 0) / np.mean(amplitudes[own, k] ** 2)
     return found
 
 

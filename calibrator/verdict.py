@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -167,7 +167,9 @@ def withstands(
     """
     added = tuple(i for i, e in enumerate(effects) if e.name in explanation.effects)
     both = np.concatenate([used, np.asarray(held, int)])
-    rise = explain(surfaces, everything.only(both), effects, added, both).chi2 - explanation.chi2
+    once = everything.replicates.copy()
+    once[np.asarray(held, int)] = 1  # what runs with an effect have beyond the noise may be a bend that replicates share
+    rise = explain(surfaces, replace(everything, replicates=once).only(both), effects, added, both).chi2 - explanation.chi2
     return tail(max(rise, 0.0), len(held), surfaces.degrees)
 
 
