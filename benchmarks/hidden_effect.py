@@ -303,6 +303,11 @@ def is_right(t: Trial) -> bool:
     return prints_names(t) and sorted(t.verdict.effects) == sorted(t.hidden)
 
 
+def is_part(t: Trial) -> bool:
+    """Whether the names that were printed are among what was hidden, if perhaps not all of it."""
+    return prints_names(t) and set(t.verdict.effects) <= set(t.hidden)
+
+
 def by_pool(trials: Sequence[Trial], value: Callable[[Sequence[Trial]], float]) -> tuple[float, float]:
     """95 % interval of a statistic, resampling whole pools."""
     rng, pools = np.random.default_rng(1), {}
@@ -333,6 +338,7 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
         "false_alarm_interval_by_pool": by_pool(nothing, lambda own: float(np.mean([t.verdict.kind != "no gap" for t in own]))),
         "name_precision_in_library": true_names / max(len(printed), 1),
         "name_precision_interval": wilson(true_names, len(printed)),
+        "name_precision_if_part_counts": share(printed, is_part, lambda t: True),
         "strong_named_rate": share(strong, is_right, lambda t: True),
         "strong_named_interval": wilson(sum(map(is_right, strong)), len(strong)),
         "strong_named_interval_by_pool": by_pool(strong, lambda own: float(np.mean([is_right(t) for t in own]))),

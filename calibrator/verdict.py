@@ -29,9 +29,10 @@ class Rule:
     of at least `posterior`, no rival within `lead` of its deviance (6: twenty to one), an amplitude above `errors` standard
     errors and below `reach`, which is little beyond the 1.5 plausible sizes that were run, and a ghost probability below `ghost`.
     A control is never named, not even as one of a pair, as nothing could refute it. A pair has to lower the deviance by
-    `pair_gain` for each effect, and to lead other pairs by `pair_lead`, with amplitudes like those; a second effect that lowers
-    it by `second` keeps the first from being the whole story. Whatever is named must predict the data held out: their
-    probability under it is at least `held_out`.
+    `pair_gain` for each effect, and to lead other pairs by `pair_lead`, with amplitudes like those, and as the best of some
+    dozens of pairs it has to fit better, `pair_adequacy`; a second effect that lowers the deviance by `second` keeps the first
+    from being the whole story. Whatever is named must predict the data held out: their probability under it is at least
+    `held_out`.
     """
 
     p_effect: float = 0.03
@@ -48,6 +49,7 @@ class Rule:
     held_out: float = 0.02
     pair_gain: float = 9.0
     pair_lead: float = 4.6
+    pair_adequacy: float = 0.1
     second: float = 12.0
 
 
@@ -226,5 +228,5 @@ def _pair(
     clear = not others or others[0].deviance > best.deviance + rule.pair_lead
     worthwhile = all(deviance > best.deviance + rule.pair_gain for deviance in alone)
     refutable = not any(e.control for e in effects if e.name in best.effects)
-    fits = _plausible(best, rule) and best.adequacy(surfaces.degrees) >= rule.adequacy
+    fits = _plausible(best, rule) and best.adequacy(surfaces.degrees) >= rule.pair_adequacy
     return best if clear and worthwhile and refutable and fits else None
