@@ -60,7 +60,7 @@ POOLS = REPO / "grid" / "missing_effect_pools.csv"
 AMPLITUDES = {"weak": 0.4, "middling": 0.8, "strong": 1.5}
 CONTROL = "twisting_stiffness"  # not expected to be identifiable: one class only
 PAIRS = (("bond_number", "neck_error"), ("clump_aspect", "tilt_deg"))
-NOTHING, MORE_NOTHING = 20, 20  # classes with nothing hidden, at different parameters; the second lot comes last
+NOTHING, MORE_NOTHING = 20, 20  # classes with nothing hidden, each with its own parameters
 ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does not look for: the grains then slip on each other
 MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
 LATEST = ("bond_number", "neck_error", "clump_aspect")  # strong effects all of whose truths had been judged: two more of each
@@ -436,7 +436,8 @@ def main() -> None:
         most, label = int(some[0]) if some else REPLICATES, some[1] if some[1:] else ""
         chosen = [c for c in everything if c.label.startswith(label) or str(c.index) == label]
         if not chosen:
-            sys.exit(f"no class's label begins with {label}: give one of {', '.join(sorted({c.label for c in everything}))}")
+            labels = ", ".join(sorted({c.label for c in everything}))
+            sys.exit(f"no class has the number {label} or a label that begins so: give one of {labels}")
         for one in chosen:
             carry_out(case, one, most, there)
     pools = Database({r.run_id: r for r in [*there.find(asked), *gather(FOLDER, asked)]}.values())

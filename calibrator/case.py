@@ -163,9 +163,8 @@ class Diagnosis:
     sets with replicates of the model as it is, the same sets once more with other seeds as baseline of the fingerprints, and
     effect_sets of each effect at different amplitudes. effects : columns of the library, all unless given. scales : plausible
     sizes by column, in its unit, where they are not the library's: drag matters to fine sand, not to coarse; a negative one
-    looks below the column's default only. nuisances : table of
-    the metrology's errors. verify_replicates : fresh seeds of the model before and after. budget_core_hours : more than
-    that is not spent without --yes.
+    looks below the column's default only. nuisances : table of the metrology's errors. verify_replicates : fresh seeds of the
+    model before and after. budget_core_hours : more than that is not spent without --yes.
     """
 
     effects: tuple[str, ...] = tuple(EFFECTS)

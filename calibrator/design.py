@@ -29,7 +29,7 @@ def cells(dimensions: int, count: int) -> np.ndarray:
 
     However few they are, each part of one share's range goes with all parts of the others'.
     """
-    size = _power_of_two(max(count, 2))
+    size = _power_of_two(count)
     return np.asarray(qmc.Sobol(dimensions, scramble=False).random(size)[:count] + 0.5 / size)
 
 

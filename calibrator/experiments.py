@@ -135,9 +135,8 @@ def _changes(case: Case, index: int, experiment: Experiment, effects: Sequence[E
 
 def amplitude(effect: Effect, share: float) -> float:
     """Amplitude at a share of their range; of both signs, where both make sense, and within the effect's bounds."""
-    levels = (
-        AMPLITUDES if effect.sign == "+" else tuple(s * a for a in AMPLITUDES for s in (-1, 1))
-    )  # either sign of one together
+    signs = (1,) if effect.sign == "+" else (-1, 1)  # both of one size share its places in the box
+    levels = [sign * size for size in AMPLITUDES for sign in signs]
     return min(max(levels[int(share * len(levels))], effect.least), effect.largest)
 
 

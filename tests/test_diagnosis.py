@@ -256,7 +256,7 @@ def test_a_case_has_its_own_plausible_size_of_an_effect(write_case, tmp_path):
     assert ex.column_value(drag, 1.5) == pytest.approx(6e-3)
 
 
-def test_every_amplitude_of_an_effect_is_run_on_both_sides_of_every_parameter(write_case, tmp_path):
+def test_every_amplitude_of_an_effect_is_run_on_both_sides_of_every_parameter():
     case = read_case(REPO / "cases" / "missing_effect.toml")
     found, effects = ex.experiments(case, case.observables), ex.library(case)
     points = np.tile(ex.point(case, np.full(len(case.problem.names), 0.5)), (case.diagnosis.sets, 1))
