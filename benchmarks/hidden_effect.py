@@ -65,7 +65,7 @@ ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does no
 MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
 LATEST = ("bond_number", "neck_error", "clump_aspect")  # strong effects all of whose truths had been judged: two more of each
 # Truths that were judged for the first time when the case, its design and all rules were as they are now.
-JUDGED_LAST = {*range(3, 9), 61, *range(71, 86), *range(90, 96), *range(97, 105)}
+JUDGED_LAST = {*range(3, 9), 61, *range(71, 86), *range(90, 96), *range(98, 121)}
 POOL = 10  # runs of every experiment in a pool, at most
 TRIALS = 10  # of a class
 FIRST_SEED = 1_100_000_000
@@ -130,16 +130,19 @@ def _first(case: Case) -> list[tuple[str, str, dict[str, float]]]:
 def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
     """Further truths: an order apart, so that they leave the seeds of the first ones alone."""
     effects = ex.library(case)
+    named = [e for e in effects if e.name != CONTROL]
     wanted: list[tuple[str, str, dict[str, float]]] = []
     for turn in range(MORE_TRUTHS):
-        wanted += [(e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(effects) if e.name != CONTROL]
+        wanted += [(e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(named)]
     wanted += _outside_and_pairs(effects, [*OUTSIDE, "vibration"])
     wanted += [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
     wanted.append(("wall_friction_ratio", "rough", {"wall_friction_ratio": ROUGH}))
     for turn in range(MORE_TRUTHS):
         wanted += [(e.name, "strong", _hidden(e, "strong", turn)) for e in effects if e.name in LATEST]
     wanted += _outside_and_pairs(effects, list(OUTSIDE))
-    return wanted + [(e.name, "strong", _hidden(e, "strong", i)) for i, e in enumerate(effects) if e.name != CONTROL]
+    for j, strength in enumerate(("strong", "weak", "middling")):
+        wanted += [(e.name, strength, _hidden(e, strength, i + j)) for i, e in enumerate(named)]
+    return wanted + _outside_and_pairs(effects, [])
 
 
 def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:
