@@ -28,6 +28,7 @@ from calibrator.preflight import powers
 from calibrator.quantities import effect_of
 from calibrator.sentences import cannot_tell, sentence
 from calibrator.table import Request
+from calibrator.threads import on_one_thread
 from calibrator.verdict import Linear, Rule, Verdict, judge
 from calibrator.workspace import Report, Workspace, made_by, silent
 
@@ -35,6 +36,7 @@ CONFIRM_SEED = 400_000_000  # added to the seeds of the runs that confirm an exp
 SHORTLIST = 3  # explanations that are run on YADE beside the model as it is
 
 
+@on_one_thread
 def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> dict[str, Any]:
     """Find the gap, name the missing effect, run it on YADE, and say by how much the gap shrinks."""
     case = space.case

@@ -6,17 +6,17 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_solve
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern, WhiteKernel
-from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from calibrator.errors import CalibratorError
 from calibrator.interpolation import TrainingRuns, checked_runs, common_source, inside
+from calibrator.threads import on_one_thread
 
 CHUNK = 4096  # rows predicted at once: keeps the covariance block in the processor's cache
 TREND_VARIANCE = 10.0  # of the standardised response per half range: broad, so the linear trend is all but free
@@ -25,17 +25,6 @@ KERNEL_POINTS = 500  # more hardly change the kernel, and the search for it take
 MOST_POINTS = 10_000  # a covariance of 0.8 GB, and the process holds a few of its size
 JITTER = 1e-8  # of the standardised variance: keeps the covariance invertible where the noise is measured as zero
 FEWEST_DEGREES = 4  # pooled seed noise with fewer degrees of freedom is uncertain by more than a factor of two
-
-Verb = TypeVar("Verb", bound=Callable[..., Any])
-_THREADS = ThreadpoolController()
-
-
-def _on_one_thread(function: Verb) -> Verb:
-    """Keep the linear algebra of function on one thread.
-
-    Matrices of some tens of rows are slower on several, 20 times so on a machine whose cores are busy with runs.
-    """
-    return cast(Verb, _THREADS.wrap(limits=1, user_api="blas")(function))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +56,7 @@ class GaussianProcess:
     _processes: tuple[_Process, ...]
 
     @classmethod
-    @_on_one_thread
+    @on_one_thread
     def fit(
         cls,
         points: np.ndarray,
@@ -117,13 +106,13 @@ class GaussianProcess:
     def _unit(self, points: np.ndarray) -> np.ndarray:
         return _unit(inside(points, self.bounds[0], self.bounds[1], self.parameters), self.bounds)
 
-    @_on_one_thread
+    @on_one_thread
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the bounds."""
         unit = self._unit(points)
         return np.column_stack([_chunked(process.mean, unit) for process in self._processes])
 
-    @_on_one_thread
+    @on_one_thread
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean responses and the standard deviation of that mean (seed noise of a new run not included), both (k, m)."""
         unit = self._unit(points)

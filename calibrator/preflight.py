@@ -18,12 +18,14 @@ from calibrator.discrepancy import (
 from calibrator.identification import Effect
 from calibrator.lab import Observable
 from calibrator.quantities import EFFECTS, effect_of
+from calibrator.threads import on_one_thread
 from calibrator.verdict import Linear, judge, linear
 from calibrator.workspace import Report, Workspace, silent
 
 SELF_TESTS = 12  # imagined measurements per effect in the pre-flight
 
 
+@on_one_thread
 def preflight(space: Workspace, report: Report = silent, yes: bool = False) -> dict[str, Any]:
     """What these observables could detect and name, in physical units, and which further experiment would help most.
 

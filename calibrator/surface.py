@@ -29,9 +29,14 @@ def terms(units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """
     x = 2 * np.atleast_2d(units) - 1
     a = np.atleast_2d(amplitudes)
-    pairs = [x[:, i] * x[:, j] for i in range(x.shape[1]) for j in range(i + 1)]
-    products = [a[:, [k]] * np.column_stack([np.ones(len(x)), a[:, k], x]) for k in range(a.shape[1])]
-    return np.column_stack([np.ones(len(x)), x, *pairs, *products])
+    i, j = np.tril_indices(x.shape[1])
+    products = np.concatenate([a[:, :, None], a[:, :, None] ** 2, a[:, :, None] * x[:, None, :]], axis=2)
+    return np.hstack([np.ones((len(x), 1)), x, x[:, i] * x[:, j], products.reshape(len(x), -1)])
+
+
+def plain_terms(parameters: int) -> int:
+    """How many of the terms, the first ones, know nothing of effects."""
+    return 1 + parameters + parameters * (parameters + 1) // 2
 
 
 def fewest_runs(parameters: int, effects: int) -> int:
@@ -85,7 +90,7 @@ def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarr
     These coefficients are taken to be normal with a spread of BENDING times the effect's own size, its root mean square over
     the observables in units of their scatter, as a fit of the amplitudes alone finds it (empirical Bayes).
     """
-    first = 1 + d + d * (d + 1) // 2
+    first = plain_terms(d)
     alone = first + (2 + d) * np.arange(k)
     plain = np.r_[np.arange(first), alone]
     fitted, *_ = np.linalg.lstsq(design[:, plain], values, rcond=None)
@@ -177,8 +182,10 @@ class Surfaces:
 
     def _rows(self, units: np.ndarray, amplitudes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Regressors without effects, and what the effects add to them, both (j, p)."""
-        without = terms(units, np.zeros_like(np.atleast_2d(amplitudes)))
-        return without, terms(units, amplitudes) - without
+        step = terms(units, amplitudes)
+        without, first = np.zeros_like(step), plain_terms(self.dimensions)
+        without[:, :first], step[:, :first] = step[:, :first], 0.0
+        return without, step
 
     @cached_property
     def _coefficients(self) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 REPO = Path(__file__).resolve().parent.parent
 LAYERS = [
-    ["errors"],
+    ["errors", "threads"],
     ["files", "discrepancy", "surface"],
     ["quantities"],
     ["problem"],
@@ -34,6 +34,7 @@ FENCED = {
     "matplotlib": {"plot"},
     "subprocess": {"runner", "cluster"},
     "sklearn": {"gaussian_process"},
+    "threadpoolctl": {"threads"},
     "pandas": {"database"},
 }
 
