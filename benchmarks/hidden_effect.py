@@ -14,8 +14,9 @@ so intervals are bootstrapped by pool.
 Each class of a single effect is judged once more without that effect in the library. After a look at the first truths came, in
 `verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and that a control is not named; the
 scatter of runs with an effect and the design of these runs; and in the case the plausible sizes, the dried heap and walls that
-are only smoother. The figures of the truths that were judged for the first time after all that are `further_truths` in the
-results. The fresh YADE runs by which `diagnose` can take a name back are not made here, so live it names less.
+are only smoother. The figures that count are those of truths that were judged for the first time after all that: each kind once,
+but for the control, strong effects and nothing hidden more often; `all_truths` has the earlier ones as well. The fresh YADE runs
+by which `diagnose` can take a name back are not made here, so live it names less.
 """
 
 import json
@@ -415,6 +416,12 @@ def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
     return [{**own, "strong": AMPLITUDES["strong"] * own["scale"]} for own in powers(judged.effects, picture)]
 
 
+def figures(trials: Sequence[Trial]) -> dict[str, Any]:
+    """Rates, what was said by what was hidden, and amplitudes."""
+    pools = len({t.pool for t in trials})
+    return {**rates(trials), "confusion": matrix(trials), "amplitudes": amplitudes(trials), "pools": pools}
+
+
 def carry_out(case: Case, one: Class, most: int, there: Database) -> None:
     """The first runs of a pool that are not there yet, then spare ones where some clog or throw a grain off."""
     found = ex.experiments(case, case.observables)
@@ -451,14 +458,8 @@ def main() -> None:
         return
     shipped = Database.read(SHIPPED)
     trials = judged_trials(case, everything, pools, shipped)
-    results = {
-        **rates(trials),
-        "further_truths": rates([t for t in trials if t.pool in JUDGED_LAST]),
-        "confusion": matrix(trials),
-        "amplitudes": amplitudes(trials),
-        "smallest": smallest(case, library(case, shipped)),
-        "pools": len({t.pool for t in trials}),
-    }
+    last = [t for t in trials if t.pool in JUDGED_LAST]
+    results = {**figures(last), "all_truths": figures(trials), "smallest": smallest(case, library(case, shipped))}
     # a median over no trial is none, and JSON has no NaN
     write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
 
