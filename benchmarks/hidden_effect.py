@@ -441,7 +441,7 @@ def main() -> None:
     everything = classes(case)
     asked = [r for c in everything for own in c.requests for r in own]
     what, *some = sys.argv[1:] or ["judge"]
-    there = Database(Database.read(POOLS).find(asked) if POOLS.exists() else [])
+    there = Database.read(POOLS) if POOLS.exists() else Database()
     if what == "run":
         most, label = int(some[0]) if some else REPLICATES, some[1] if some[1:] else ""
         chosen = [c for c in everything if c.label.startswith(label) or str(c.index) == label]
@@ -450,7 +450,7 @@ def main() -> None:
             sys.exit(f"no class has the number {label} or a label that begins so: give one of {labels}")
         for one in chosen:
             carry_out(case, one, most, there)
-    pools = Database({r.run_id: r for r in [*there.find(asked), *gather(FOLDER, asked)]}.values())
+    pools = Database({r.run_id: r for r in [*there.records.values(), *gather(FOLDER, asked)]}.values())
     if not len(pools) or (what != "run" and not SHIPPED.exists()):
         sys.exit("no runs to judge: see the commands at the top of this file")
     pools.write(POOLS, "python -m benchmarks.hidden_effect run")
