@@ -66,7 +66,7 @@ ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does no
 MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
 LATEST = ("bond_number", "neck_error", "clump_aspect")  # strong effects all of whose truths had been judged: two more of each
 # Truths that were judged for the first time when the case, its design and all rules were as they are now.
-JUDGED_LAST = {*range(3, 9), 61, *range(71, 86), *range(90, 96), *range(98, 121)}
+JUDGED_LAST = {*range(75, 81), *range(121, 154)}
 POOL = 10  # runs of every experiment in a pool, at most
 TRIALS = 10  # of a class
 FIRST_SEED = 1_100_000_000
@@ -143,7 +143,10 @@ def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
     wanted += _outside_and_pairs(effects, list(OUTSIDE))
     for j, strength in enumerate(("strong", "weak", "middling")):
         wanted += [(e.name, strength, _hidden(e, strength, i + j)) for i, e in enumerate(named)]
-    return wanted + _outside_and_pairs(effects, [])
+    wanted += _outside_and_pairs(effects, [])
+    for j, strength in enumerate(("strong", "strong", "weak", "middling")):
+        wanted += [(e.name, strength, _hidden(e, strength, i + j)) for i, e in enumerate(named)]
+    return wanted + _outside_and_pairs(effects, list(OUTSIDE))
 
 
 def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:

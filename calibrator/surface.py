@@ -182,9 +182,10 @@ class Surfaces:
 
     def _rows(self, units: np.ndarray, amplitudes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Regressors without effects, and what the effects add to them, both (j, p)."""
-        step = terms(units, amplitudes)
-        without, first = np.zeros_like(step), plain_terms(self.dimensions)
-        without[:, :first], step[:, :first] = step[:, :first], 0.0
+        step, first = terms(units, amplitudes), plain_terms(self.dimensions)
+        without = np.zeros_like(step)
+        without[:, :first] = step[:, :first]
+        step[:, :first] = 0.0
         return without, step
 
     @cached_property
