@@ -13,10 +13,10 @@ anew; a neck or a level that is slightly off shifts them along the surfaces' slo
 so intervals are bootstrapped by pool.
 Each class of a single effect is judged once more without that effect in the library. After a look at the first truths came, in
 `verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and that a control is not named; the
-scatter of runs with an effect and the design of these runs; and in the case the plausible sizes, the dried heap and walls that
+scatter of runs with an effect and the design of these runs; and in the case the plausible sizes, what is dried and walls that
 are only smoother. The figures that count are those of truths that were judged for the first time after all that: each kind once,
-but for the control, strong effects and nothing hidden more often; `all_truths` has the earlier ones as well. The fresh YADE runs
-by which `diagnose` can take a name back are not made here, so live it names less.
+but for the control, strong effects and nothing hidden more often; `all_truths` has the earlier ones as well that have runs of
+every experiment. The fresh YADE runs by which `diagnose` can take a name back are not made here, so live it names less.
 """
 
 import json
