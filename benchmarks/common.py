@@ -1,4 +1,6 @@
-"""What the benchmarks of the numerics share: a made-up response surface over the paper's five parameters, and output."""
+"""What the benchmarks of the numerics share: a made-up response surface over the paper's five
+parameters, and output.
+"""
 
 from __future__ import annotations
 
@@ -15,24 +17,34 @@ from typing import Any
 
 import numpy as np
 
-from calibrator.cli import ProgressBar
-from calibrator.database import Database
-from calibrator.design import sobol
-from calibrator.gaussian_process import GaussianProcess
-from calibrator.problem import Parameter, Problem, Target
-from calibrator.records import Record
-from calibrator.runner import RunFolder, run
-from calibrator.table import Request
+from calibrator.case.problem import Parameter, Problem, Target
+from calibrator.plan.design import sobol
+from calibrator.responses.gaussian_process import GaussianProcess
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.local import run
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+from calibrator.terminal import ProgressBar
 
 RESULTS = Path(__file__).parent / "results"
-RESPONSES = ("hourglass.bulk_density", "hourglass.discharge_time", "hourglass.drained_angle_of_repose_deg")
+RESPONSES = (
+    "hourglass.bulk_density",
+    "hourglass.discharge_time",
+    "hourglass.drained_angle_of_repose_deg",
+)
 NOISE = np.array([3.0, 0.01, 0.5])  # seed noise of the made-up responses, in their units
-ABOUT = "synthetic: a smooth made-up surface of 3 responses over the paper's 5 parameters, no simulation"
+ABOUT = (
+    "synthetic: a smooth made-up surface of 3 responses over the paper's 5 parameters, no"
+    " simulation"
+)
 TRUTH = np.array([0.25, 0.5, 0.35e-3, 2700.0, 100e6])
 
 
 def paper_problem() -> Problem:
-    """The reference paper's five parameters of 8 bits each, with targets that the made-up surface takes at TRUTH."""
+    """The reference paper's five parameters of 8 bits each, with targets that the made-up surface
+    takes at TRUTH.
+    """
     parameters = (
         Parameter("rolling_friction", 0.1, 0.5),
         Parameter("sliding_friction", 0.2, 0.7),
@@ -42,11 +54,15 @@ def paper_problem() -> Problem:
     )
     unit = (TRUTH - [p.low for p in parameters]) / [p.high - p.low for p in parameters]
     values = surface(unit[None])[0]
-    return Problem(parameters, tuple(Target(*k.split("."), v) for k, v in zip(RESPONSES, values, strict=True)))
+    return Problem(
+        parameters, tuple(Target(*k.split("."), v) for k, v in zip(RESPONSES, values, strict=True))
+    )
 
 
 def surface(unit: np.ndarray) -> np.ndarray:
-    """Bulk density, discharge time and drained angle (n, 3), made up, at points (n, 5) of the unit box."""
+    """Bulk density, discharge time and drained angle (n, 3), made up, at points (n, 5) of the unit
+    box.
+    """
     rolling, sliding, radius, density, modulus = unit.T
     friction = 1 - np.exp(-1.5 * rolling - sliding)
     bulk = 1480 + 110 * density - 70 * friction + 25 * (1 - modulus) ** 4 - 10 * radius
@@ -56,7 +72,9 @@ def surface(unit: np.ndarray) -> np.ndarray:
 
 
 def runs(problem: Problem, sets: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (sets, 5) of the project's own design, and noisy made-up responses (sets, 3) of one run each."""
+    """Points (sets, 5) of the project's own design, and noisy made-up responses (sets, 3) of one
+    run each.
+    """
     points = sobol(problem, sets)
     scatter = NOISE * np.random.default_rng(sets).standard_normal((sets, 3))
     return points, surface((points - problem.low) / (problem.high - problem.low)) + scatter
@@ -69,7 +87,9 @@ def fitted(problem: Problem, sets: int, restarts: int = 3) -> GaussianProcess:
 
 
 def asked_for_quick(description: str | None, quick: str) -> bool:
-    """Whether the command line has --quick, whose help is `quick`; the first line of the description is the program's."""
+    """Whether the command line has --quick, whose help is `quick`; the first line of the
+    description is the program's.
+    """
     parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help=quick)
     return bool(parser.parse_args().quick)
@@ -96,18 +116,27 @@ def power(sizes: list[int], seconds: list[float]) -> float:
     return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
 
 
-def shipped_or_run(shipped: Path, folder: RunFolder, wanted: Sequence[Request], command: str) -> list[Record]:
-    """Records of the wanted runs: those of a shipped database, the rest made in a folder; the database is then written anew."""
+def shipped_or_run(
+    shipped: Path, folder: RunFolder, wanted: Sequence[Request], command: str
+) -> list[Record]:
+    """Records of the wanted runs: those of a shipped database, the rest made in a folder; the
+    database is then written anew.
+    """
     there = Database.read(shipped).find(wanted) if shipped.exists() else []
     known = {r.run_id for r in there}
-    records = [*there, *run(folder, [r for r in wanted if r.run_id not in known], report=ProgressBar(sys.stderr))]
+    records = [
+        *there,
+        *run(folder, [r for r in wanted if r.run_id not in known], report=ProgressBar(sys.stderr)),
+    ]
     Database(records).write(shipped, command)
     return records
 
 
 def write(name: str, results: dict[str, Any], folder: Path = RESULTS) -> None:
     """Write the results with the versions behind them."""
-    packages = {p: version(p) for p in ("numpy", "scipy", "scikit-learn", "pymoo", "moocore", "pandas")}
+    packages = {
+        p: version(p) for p in ("numpy", "scipy", "scikit-learn", "pymoo", "moocore", "pandas")
+    }
     results = {**results, "versions": {"python": platform.python_version(), **packages}}
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.json").write_text(json.dumps(results, indent=1) + "\n")

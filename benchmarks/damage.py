@@ -1,5 +1,6 @@
-"""Generators of bad input: good files with a few changes (another type, NaN, a huge number, a missing or doubled line,
-flipped bits, another encoding, a path that leads away), or bytes without any sense. Drawn by hypothesis."""
+"""Generators of bad input: good files with a few changes (another type, NaN, a huge number, a
+missing or doubled line, flipped bits, another encoding, a path that leads away), or bytes without
+any sense. Drawn by hypothesis."""
 
 import codecs
 import copy
@@ -40,7 +41,12 @@ def damaged_bytes(draw: Any, bases: list[bytes], words: list[str]) -> bytes:
         return draw(st.binary(max_size=200))
     data = draw(st.sampled_from(bases))
     for _ in range(draw(st.integers(1, 3))):
-        data = changed(data, draw(st.sampled_from(CHANGES)), draw(st.integers(0, 2**20)), draw(st.sampled_from(words)))
+        data = changed(
+            data,
+            draw(st.sampled_from(CHANGES)),
+            draw(st.integers(0, 2**20)),
+            draw(st.sampled_from(words)),
+        )
     return recoded(data, draw(st.integers(0, 29)))
 
 
@@ -92,7 +98,12 @@ def damaged_json(draw: Any, bases: list[Any], words: list[str]) -> bytes:
     for _ in range(draw(st.integers(1, 3))):
         new = draw(st.sampled_from(JSON_VALUES) | st.sampled_from(words))
         new = copy.deepcopy(new)
-        whole = json_changed(whole, draw(st.sampled_from(("value", "key", "gone", "more"))), draw(st.integers(0, 2**20)), new)
+        whole = json_changed(
+            whole,
+            draw(st.sampled_from(("value", "key", "gone", "more"))),
+            draw(st.integers(0, 2**20)),
+            new,
+        )
     text = json.dumps(whole, indent=draw(st.sampled_from([None, 1])))
     return text.encode()
 
@@ -115,13 +126,21 @@ def json_changed(whole: Any, change: str, place: int, new: Any) -> Any:
 
 
 def _spots(value: Any) -> Iterator[tuple[Any, Any]]:
-    for key, inner in list(value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()):
+    for key, inner in list(
+        value.items()
+        if isinstance(value, dict)
+        else enumerate(value)
+        if isinstance(value, list)
+        else ()
+    ):
         yield value, key
         yield from _spots(inner)
 
 
 VALUES = st.one_of(
-    st.sampled_from([*JSON_VALUES, 10**5000, b"1", 1j, (1,), object, np.float64(0.3), np.int64(3), range(3)]),
+    st.sampled_from(
+        [*JSON_VALUES, 10**5000, b"1", 1j, (1,), object, np.float64(0.3), np.int64(3), range(3)]
+    ),
     st.floats(),
     st.integers(),
     st.text(max_size=20),

@@ -1,11 +1,13 @@
-"""What one hourglass costs, what each change saved, and what LIGGGHTS takes for the same job done the plain way.
+"""What one hourglass costs, what each change saved, and what LIGGGHTS takes for the same job done
+the plain way.
 
-    python -m benchmarks.dem_cost            about 20 minutes on an idle machine; needs YADE and LIGGGHTS
-    python -m benchmarks.dem_cost quartz     one of the two hourglasses only, prints instead of writing
+    python -m benchmarks.dem_cost            about 20 minutes on an idle machine; needs YADE and
+    LIGGGHTS python -m benchmarks.dem_cost quartz     one of the two hourglasses only, prints
+    instead of writing
 
-Writes benchmarks/results/dem_cost.json and .png. Core-seconds are CPU time of the whole process, summed over
-three rounds with a seed each (how long the last grains trickle is chance); in a round every variant runs once, one after the
-other, so that a slow quarter of an hour hits them all.
+Writes benchmarks/results/dem_cost.json and .png. Core-seconds are CPU time of the whole process,
+summed over three rounds with a seed each (how long the last grains trickle is chance); in a round
+every variant runs once, one after the other, so that a slow quarter of an hour hits them all.
 """
 
 import json
@@ -19,15 +21,17 @@ import numpy as np
 from benchmarks.common import RESULTS, rounded, write
 from benchmarks.dem import HOURGLASSES, START, START_NUMERICS, WORK, core_seconds, run_hourglass
 from benchmarks.liggghts_hourglass import run_liggghts
-from calibrator.quantities import SCRIPTS
-from calibrator.table import Request, write_table
+from calibrator.case.vocabulary import SCRIPTS
+from calibrator.runs.request import Request, write_table
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 ROUNDS = 3
 SEED = 71_000
-RUNGS = {  # what is in force: scripts of a commit ("" is the work tree) and columns that differ from today's defaults
+# what is in force: scripts of a commit ("" is the work tree) and columns that differ from today's
+# defaults
+RUNGS = {
     "start": (START, START_NUMERICS),
     "cached states": ("1a914f7", START_NUMERICS),
     "silent log": ("", START_NUMERICS),
@@ -38,9 +42,15 @@ STAGES = ("start_up", "filling", "discharge", "settling")
 
 
 def particle_steps(record: dict) -> tuple[float, float]:
-    """Sum over the steps of the grains in the scene, and the part of it after the last passage of the neck."""
+    """Sum over the steps of the grains in the scene, and the part of it after the last passage of
+    the neck.
+    """
     d, time = record["diagnostics"], record["curves"]["time"]
-    passed = record["curves"]["passed_mass"] / record["curves"]["passed_mass"][-1] * (d["particles"] - d["particles_left"])
+    passed = (
+        record["curves"]["passed_mass"]
+        / record["curves"]["passed_mass"][-1]
+        * (d["particles"] - d["particles_left"])
+    )
     grains = (d["particles"] - passed) / d["time_step"]
     settling = time >= time[np.argmax(passed >= passed[-1] - 0.5)]
     filling = d["particles"] * d["filling_time"] / d["time_step"]
@@ -48,7 +58,10 @@ def particle_steps(record: dict) -> tuple[float, float]:
 
 
 def stages(record: dict) -> dict[str, float]:
-    """Core-seconds of each stage. What the scripts do not time (the start's settling) is shared out by particle-steps."""
+    """Core-seconds of each stage.
+
+    What the scripts do not time (the start's settling) is shared out by particle-steps.
+    """
     d = record["diagnostics"]
     total, settled = particle_steps(record)
     released = total - d["particles"] * d["filling_time"] / d["time_step"]
@@ -73,7 +86,13 @@ def measure(case: str) -> dict:
     for round_ in range(ROUNDS):
         parameters = {**HOURGLASSES[case], "seed": SEED + round_}
         for name, (commit, numerics) in RUNGS.items():
-            yade[name].append(run_hourglass(commit, {**parameters, **numerics}, again=f"_cost{round_}_{name.replace(' ', '_')}"))
+            yade[name].append(
+                run_hourglass(
+                    commit,
+                    {**parameters, **numerics},
+                    again=f"_cost{round_}_{name.replace(' ', '_')}",
+                )
+            )
             print(case, round_, name, f"{yade[name][-1]['core_seconds']:.1f} core-s", flush=True)
         liggghts.append(run_liggghts(WORK / f"liggghts_{case}_{round_}", parameters))
         print(case, round_, "LIGGGHTS", f"{liggghts[-1]['core_seconds']:.1f} core-s", flush=True)
@@ -103,11 +122,16 @@ def engine_shares(case: str) -> dict[str, float]:
     (folder / "timed.py").write_text(TIMED.format(script=str(SCRIPTS / "hourglass.py")))
     write_table(folder / "run.table", [Request.of("hourglass", **HOURGLASSES[case], seed=SEED)])
     core_seconds(["yade", "-j1", "-n", "-x", "timed.py"], folder, YADE_BATCH="run.table:2")
-    return {name: rounded(share, 3) for name, share in json.loads((folder / "engines.json").read_text()).items()}
+    return {
+        name: rounded(share, 3)
+        for name, share in json.loads((folder / "engines.json").read_text()).items()
+    }
 
 
 def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
-    """Ratios of the means over the rounds; what a change saved is the ratio of its rung to the rung before."""
+    """Ratios of the means over the rounds; what a change saved is the ratio of its rung to the rung
+    before.
+    """
     total = {name: mean(r["core_seconds"] for r in rows) for name, rows in yade.items()}
     work = {name: mean(particle_steps(r)[0] for r in rows) for name, rows in yade.items()}
     names, now, peer = list(RUNGS), yade["time step"][0], mean(r["core_seconds"] for r in liggghts)
@@ -119,26 +143,38 @@ def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
         "ratio_to_liggghts_total": rounded(total["time step"] / peer),
         "ratio_to_liggghts_total_at_start": rounded(total["start"] / peer),
         "ratio_to_liggghts_per_particle_step": rounded(per_step[0] / per_step[1]),
-        "saved_by": {b: rounded(1 - total[b] / total[a], 3) for a, b in zip(names, names[1:], strict=False)},
+        "saved_by": {
+            b: rounded(1 - total[b] / total[a], 3) for a, b in zip(names, names[1:], strict=False)
+        },
         "same_bits_as_start": [
-            n for n in names[1:] if [r["responses"] for r in yade[n]] == [r["responses"] for r in yade["start"]]
+            n
+            for n in names[1:]
+            if [r["responses"] for r in yade[n]] == [r["responses"] for r in yade["start"]]
         ],
         "yade": {
             name: {
                 "core_seconds": rounded(total[name]),
-                "core_seconds_range": [rounded(f(r["core_seconds"] for r in rows)) for f in (min, max)],
+                "core_seconds_range": [
+                    rounded(f(r["core_seconds"] for r in rows)) for f in (min, max)
+                ],
                 "stages": means([stages(r) for r in rows]),
                 "steps": rounded(mean(r["diagnostics"]["steps"] for r in rows)),
                 "particle_steps": rounded(work[name]),
                 "nanoseconds_per_particle_step": rounded(1e9 * total[name] / work[name]),
-                "responses": means([{n: r["responses"][n] for n in liggghts[0]["responses"]} for r in rows]),
+                "responses": means(
+                    [{n: r["responses"][n] for n in liggghts[0]["responses"]} for r in rows]
+                ),
             }
             for name, rows in yade.items()
         },
         "liggghts": {
             "core_seconds": rounded(peer),
-            "core_seconds_range": [rounded(f(r["core_seconds"] for r in liggghts)) for f in (min, max)],
-            **means([{n: r[n] for n in ("steps", "filling_steps", "particle_steps")} for r in liggghts]),
+            "core_seconds_range": [
+                rounded(f(r["core_seconds"] for r in liggghts)) for f in (min, max)
+            ],
+            **means(
+                [{n: r[n] for n in ("steps", "filling_steps", "particle_steps")} for r in liggghts]
+            ),
             "nanoseconds_per_particle_step": rounded(1e9 * per_step[1]),
             "responses": means([r["responses"] for r in liggghts]),
         },
@@ -147,10 +183,14 @@ def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
 
 def figure(found: dict[str, dict]) -> None:
     """Stacked stages of every rung, LIGGGHTS beside them."""
-    fig, axes = plt.subplots(1, len(found), figsize=(5.5 * len(found), 4), layout="constrained", squeeze=False)
+    fig, axes = plt.subplots(
+        1, len(found), figsize=(5.5 * len(found), 4), layout="constrained", squeeze=False
+    )
     for axis, (case, one) in zip(axes[0], found.items(), strict=True):
         names, bottom = list(one["yade"]), np.zeros(len(one["yade"]))
-        for stage, colour in zip(STAGES, ("0.6", "tab:blue", "tab:orange", "tab:green"), strict=True):
+        for stage, colour in zip(
+            STAGES, ("0.6", "tab:blue", "tab:orange", "tab:green"), strict=True
+        ):
             heights = np.array([one["yade"][n]["stages"][stage] for n in names])
             axis.bar(names, heights, bottom=bottom, label=stage.replace("_", "-"), color=colour)
             bottom += heights

@@ -1,7 +1,9 @@
-"""The stage for benchmarks/faults.py: a small case, a YADE, drivers that can be killed, a file system of its own, and a judge.
+"""The stage for benchmarks/faults.py: a small case, a YADE, drivers that can be killed, a file
+system of its own, and a judge.
 
-A driver is a process of its own, in a session of its own. With the fake YADE it is forked from this process, which has imported
-the calibrator already: importing costs more than all the rest. With the real YADE it is `python -m calibrator.cli`.
+A driver is a process of its own, in a session of its own. With the fake YADE it is forked from this
+process, which has imported the calibrator already: importing costs more than all the rest. With the
+real YADE it is `python -m calibrator.cli`.
 """
 
 from __future__ import annotations
@@ -23,18 +25,24 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from calibrator import workflow
-from calibrator.case import read_case
+from calibrator.case.toml import read_case
 from calibrator.cli import main
-from calibrator.plan import SUBSTITUTE_SEED, plan_requests
-from calibrator.records import InvalidRecord, read_record
-from calibrator.table import Request
+from calibrator.plan.requests import plan_requests
+from calibrator.plan.run import collect
+from calibrator.plan.seeds import SUBSTITUTE_SEED
+from calibrator.runs import workspace
+from calibrator.runs.record import InvalidRecord, read_record
+from calibrator.runs.request import Request
 
 REPO = Path(__file__).resolve().parent.parent
 TOOLS = ("sh", "sed", "mkdir", "flock", "timeout", "setpriv", "unshare", "true")
-"""What a run needs beside YADE. On a PATH of these alone, YADE can be missing although this machine has it."""
+"""What a run needs beside YADE.
 
-PATIENCE = 1800.0  # seconds for what takes a few, on a machine that may be busy with simulations: a fault that hangs
+On a PATH of these alone, YADE can be missing although this machine has it.
+"""
+
+# seconds for what takes a few, on a machine that may be busy with simulations: a fault that hangs
+PATIENCE = 1800.0
 DURATION = 0.1  # seconds that a run of the fake YADE lasts
 FORK = multiprocessing.get_context("fork")
 
@@ -68,23 +76,34 @@ hourglass,drained_equivalent_angle_deg,46.8,0.2,8,deg,calibrate
 
 
 class NotInjected(Exception):
-    """The moment for the fault had passed: the plan was finished, or no such process was there. Try another moment."""
+    """The moment for the fault had passed: the plan was finished, or no such process was there.
+
+    Try another moment.
+    """
 
 
 # YADE, fake and real
 
 
 def install(folder: Path, real: bool) -> str:
-    """Put a yade and a yade-batch into folder/bin; returns a PATH with them. Both note the runs they start in calls.txt."""
+    """Put a yade and a yade-batch into folder/bin; returns a PATH with them.
+
+    Both note the runs they start in calls.txt.
+    """
     programs, tools = folder / "bin", folder / "tools"
     programs.mkdir(parents=True)
     if real:
         note = 'sed -n "${YADE_BATCH##*:}s/ .*//p" "${YADE_BATCH%:*}" >> calls.txt'
         clock = f"[ ! -d '{folder}/clock' ] || export PYTHONPATH='{folder}/clock'"
-        _program(programs / "yade", f'#!/bin/sh\n{note}\n{clock}\nexec {shutil.which("yade")} "$@"\n')
+        _program(
+            programs / "yade", f'#!/bin/sh\n{note}\n{clock}\nexec {shutil.which("yade")} "$@"\n'
+        )
         return f"{programs}{os.pathsep}{os.environ['PATH']}"
     for name, function in (("yade", "run_line"), ("yade-batch", "run_batch")):
-        code = f"import sys\nsys.path.insert(0, {str(REPO / 'tests')!r})\nimport fake_yade\nfake_yade.{function}()\n"
+        code = (
+            f"import sys\nsys.path.insert(0, {str(REPO / 'tests')!r})\nimport"
+            f" fake_yade\nfake_yade.{function}()\n"
+        )
         _program(programs / name, f"#!{sys.executable}\n{code}")
     tools.mkdir()
     for tool in TOOLS:
@@ -113,7 +132,12 @@ class Ended:
         """Whether the last line is an error with a remedy, after nothing but warnings and progress."""
         *before, last = self.said.splitlines() or [""]
         plain = all(line.startswith(("WARNING: ", "[")) for line in before)
-        return self.status == 2 and plain and last.startswith("calibrator: ") and (": " in last[12:] or "; " in last)
+        return (
+            self.status == 2
+            and plain
+            and last.startswith("calibrator: ")
+            and (": " in last[12:] or "; " in last)
+        )
 
 
 @dataclass(frozen=True)
@@ -128,7 +152,11 @@ class Driver:
         self.process.join(PATIENCE)
         if self.process.exitcode is None:
             raise TimeoutError(f"a driver did not end in {PATIENCE:g} s: {self.errors.read_text()}")
-        return Ended(self.process.exitcode, self.errors.read_text(), self.errors.with_suffix(".out").read_text())
+        return Ended(
+            self.process.exitcode,
+            self.errors.read_text(),
+            self.errors.with_suffix(".out").read_text(),
+        )
 
     @property
     def running(self) -> bool:
@@ -179,7 +207,9 @@ def descendants(pid: int) -> list[int]:
 
 
 def role(pid: int) -> str:
-    """Which part of a run a driver's descendant is: yade-batch, yade, or the wrapper with shell and time limit."""
+    """Which part of a run a driver's descendant is: yade-batch, yade, or the wrapper with shell and
+    time limit.
+    """
     try:
         line = Path(f"/proc/{pid}/cmdline").read_text()
     except OSError:
@@ -187,7 +217,11 @@ def role(pid: int) -> str:
     words = [Path(word).name for word in line.split("\0")]
     if words[0].startswith("python") and words[1] in ("yade", "yade-batch"):
         return words[1]
-    return "wrapper" if "run_yade.sh" in line and words[0] == "sh" or words[0] in ("timeout", "flock") else "other"
+    return (
+        "wrapper"
+        if "run_yade.sh" in line and words[0] == "sh" or words[0] in ("timeout", "flock")
+        else "other"
+    )
 
 
 # The stage
@@ -195,7 +229,9 @@ def role(pid: int) -> str:
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """The plan carried out without a fault: the case, a finished results folder, and the database that it gives."""
+    """The plan carried out without a fault: the case, a finished results folder, and the database
+    that it gives.
+    """
 
     case: Path
     results: Path
@@ -228,12 +264,17 @@ class Stage:
     case: Path = Path()
     search_path: str = ""
     finished: dict[str, bytes] = field(default_factory=dict)  # {run id: record} before the fault
-    started: Counter[str] = field(default_factory=Counter)  # {run id: how often it had been started by then}
-    in_flight: Counter[str] = field(default_factory=Counter)  # {run id: how many kills it was in flight at}
+    # {run id: how often it had been started by then}
+    started: Counter[str] = field(default_factory=Counter)
+    # {run id: how many kills it was in flight at}
+    in_flight: Counter[str] = field(default_factory=Counter)
     damaged: set[str] = field(default_factory=set)  # records that the fault has spoiled
-    versions: dict[str, str] = field(default_factory=dict)  # {another version of YADE: the undisturbed plan's}
-    forsaken: dict[str, str] = field(default_factory=dict)  # {run id: status} of runs that must fail, whatever is done
-    killed: bool = False  # whether the fault was a kill, after which only runs in flight may be done again
+    # {another version of YADE: the undisturbed plan's}
+    versions: dict[str, str] = field(default_factory=dict)
+    # {run id: status} of runs that must fail, whatever is done
+    forsaken: dict[str, str] = field(default_factory=dict)
+    # whether the fault was a kill, after which only runs in flight may be done again
+    killed: bool = False
     ends: list[Ended] = field(default_factory=list)
     unexpected: list[str] = field(default_factory=list)
 
@@ -263,9 +304,14 @@ class Stage:
             self.unexpected.append(what)
 
     def move_clock(self, jump: float) -> None:
-        """Let the clock of drivers and of the real YADE jump by so many seconds, a second from now. The machine's stays."""
+        """Let the clock of drivers and of the real YADE jump by so many seconds, a second from now.
+
+        The machine's stays.
+        """
         (self.path / "clock").mkdir()  # Python runs a sitecustomize.py that it finds on its path
-        (self.path / "clock" / "sitecustomize.py").write_text(CLOCK.format(start=time.time() + 1, jump=jump))
+        (self.path / "clock" / "sitecustomize.py").write_text(
+            CLOCK.format(start=time.time() + 1, jump=jump)
+        )
         self.behave(clock=jump)
 
     # Drivers
@@ -275,7 +321,10 @@ class Stage:
         errors = self.path / f"driver-{len(list(self.path.glob('*.err')))}.err"
         errors.touch()
         arguments = ["run", str(self.case), "--results", str(self.path / "results")]
-        process = FORK.Process(target=_drive, args=(arguments, self.search_path, errors, self.whole.real, self.path / "clock"))
+        process = FORK.Process(
+            target=_drive,
+            args=(arguments, self.search_path, errors, self.whole.real, self.path / "clock"),
+        )
         process.start()
         return Driver(process, errors)
 
@@ -290,12 +339,16 @@ class Stage:
 
     def refused(self, ended: Ended) -> None:
         """Expect an error of one line with a remedy."""
-        self.expect(ended.refused, f"no error of one line: status {ended.status}, {ended.said[-200:]!r}")
+        self.expect(
+            ended.refused, f"no error of one line: status {ended.status}, {ended.said[-200:]!r}"
+        )
 
     def same_again(self) -> None:
         """Expect that one more call finds everything done."""
         before = self.calls()
-        self.expect(self.run().status == 0 and self.calls() == before, "a finished plan was run again")
+        self.expect(
+            self.run().status == 0 and self.calls() == before, "a finished plan was run again"
+        )
 
     # What is there
 
@@ -316,7 +369,7 @@ class Stage:
     def database(self) -> str:
         """The database that `calibrator collect` makes of the records."""
         case = read_case(self.case)
-        workflow.collect(workflow.Workspace(case, self.results))
+        collect(workspace.Workspace(case, self.results))
         return (self.results / "database.csv").read_text()
 
     # Moments
@@ -324,7 +377,9 @@ class Stage:
     def moment(self, driver: Driver) -> None:
         """Wait for a random moment of the plan: so many runs finished, and a little more."""
         wanted = self.rng.randrange(len(self.whole.requests))
-        self.wait_for(lambda: not driver.running or len(list(self.results.glob("records/*.json"))) >= wanted)
+        self.wait_for(
+            lambda: not driver.running or len(list(self.results.glob("records/*.json"))) >= wanted
+        )
         time.sleep(self.rng.uniform(0, 3 * DURATION) * (10 if self.whole.real else 1))
         if not driver.running:
             raise NotInjected
@@ -338,7 +393,9 @@ class Stage:
             time.sleep(0.01)
 
     def processes(self) -> list[int]:
-        """Processes that work in the results folder: yade-batch and all below it, also without their driver."""
+        """Processes that work in the results folder: yade-batch and all below it, also without
+        their driver.
+        """
         found = []
         for link in Path("/proc").glob("[0-9]*/cwd"):
             with contextlib.suppress(OSError):
@@ -347,18 +404,26 @@ class Stage:
         return found
 
     def clear(self) -> None:
-        """End what is left of a fault that hangs: the processes in its own results folder, by their ids."""
+        """End what is left of a fault that hangs: the processes in its own results folder, by their
+        ids.
+        """
         for pid in self.processes():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
 
     def take_stock(self) -> None:
-        """Note what is finished; called right before a fault strikes. What an earlier fault has lost stays noted."""
+        """Note what is finished; called right before a fault strikes.
+
+        What an earlier fault has lost stays noted.
+        """
         self.finished = {**self.believed(), **self.finished}
         self.started = Counter(self.calls())
 
     def kill(self, driver: Driver, who: str) -> None:
-        """Kill -9 the driver, or one of its descendants by its role. NotInjected where there is none."""
+        """Kill -9 the driver, or one of its descendants by its role.
+
+        NotInjected where there is none.
+        """
         victims: list[int] = []
 
         def found() -> bool:
@@ -376,7 +441,9 @@ class Stage:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self.rng.choice(victims), signal.SIGKILL)
         self.killed = True  # yade-batch makes a run's log before anything else of it
-        self.in_flight.update({path.stem for path in self.results.glob("logs/*.log")} - set(self.finished))
+        self.in_flight.update(
+            {path.stem for path in self.results.glob("logs/*.log")} - set(self.finished)
+        )
 
     def orphans_end(self) -> None:
         """Wait until the runs of a driver that is gone have ended."""
@@ -388,7 +455,9 @@ class Stage:
         """Put finished runs of the undisturbed plan into the results: all, or so many at random."""
         run_ids = sorted(self.whole.requests)
         chosen = run_ids if how_many is None else self.rng.sample(run_ids, how_many)
-        shutil.copytree(self.whole.results / "toy" / "records", self.results / "records", dirs_exist_ok=True)
+        shutil.copytree(
+            self.whole.results / "toy" / "records", self.results / "records", dirs_exist_ok=True
+        )
         for run_id in set(run_ids) - set(chosen):
             for path in self.results.glob(f"records/{run_id}.*"):
                 path.unlink()
@@ -425,7 +494,8 @@ def mount(*arguments: str) -> None:
 
 
 def in_private(module: str, arguments: list[str]) -> None:
-    """Start a module again where mounts are its own business; returns only where that has been done, or cannot be.
+    """Start a module again where mounts are its own business; returns only where that has been
+    done, or cannot be.
 
     Sets FAULTS_PRIVATE to "yes" or "no".
     """
@@ -433,7 +503,10 @@ def in_private(module: str, arguments: list[str]) -> None:
         return
     os.environ["FAULTS_PRIVATE"] = "no"
     for namespace in (["unshare", "--map-root-user", "--mount"], ["unshare", "--mount"]):
-        if shutil.which("unshare") and subprocess.run([*namespace, "true"], capture_output=True).returncode == 0:
+        if (
+            shutil.which("unshare")
+            and subprocess.run([*namespace, "true"], capture_output=True).returncode == 0
+        ):
             os.environ["FAULTS_PRIVATE"] = "yes"
             os.execvp("unshare", [*namespace, sys.executable, "-m", module, *arguments])
 
@@ -454,12 +527,20 @@ class Verdict:
 
 
 def judge(stage: Stage) -> Verdict:
-    """Call the driver once more, as a user would after a fault, and compare with the undisturbed plan."""
+    """Call the driver once more, as a user would after a fault, and compare with the undisturbed
+    plan.
+    """
     last = stage.run()
-    stage.expect(last.status == 0, f"the next call ended with status {last.status}: {last.said[-200:]!r}")
+    stage.expect(
+        last.status == 0, f"the next call ended with status {last.status}: {last.said[-200:]!r}"
+    )
     said = "".join(e.said for e in stage.ends)
     kept = {run_id: data for run_id, data in stage.finished.items() if run_id not in stage.damaged}
-    lost = [i for i, data in kept.items() if not stage.record(i).exists() or stage.record(i).read_bytes() != data]
+    lost = [
+        i
+        for i, data in kept.items()
+        if not stage.record(i).exists() or stage.record(i).read_bytes() != data
+    ]
     unnoticed = [i for i in stage.damaged if f"record {i}" not in said or i not in stage.believed()]
     return Verdict(
         lost_finished_runs=len(lost),
@@ -472,16 +553,24 @@ def judge(stage: Stage) -> Verdict:
 
 
 def _repeated(stage: Stage) -> list[str]:
-    """Runs that were started again although they had finished, or after a kill although they were not in flight."""
+    """Runs that were started again although they had finished, or after a kill although they were
+    not in flight.
+    """
     calls = Counter(stage.calls())
     again = [i for i in stage.finished if i not in stage.damaged and calls[i] > stage.started[i]]
     if stage.killed:
-        again += [i for i in stage.whole.requests if i not in stage.finished and calls[i] > 1 + stage.in_flight[i]]
+        again += [
+            i
+            for i in stage.whole.requests
+            if i not in stage.finished and calls[i] > 1 + stage.in_flight[i]
+        ]
     return again
 
 
 def same_answer(stage: Stage) -> bool:
-    """Whether the database is the undisturbed one to the byte, apart from the runs that were to fail, which must say so."""
+    """Whether the database is the undisturbed one to the byte, apart from the runs that were to
+    fail, which must say so.
+    """
     database = stage.database()
     for other, version in stage.versions.items():
         database = database.replace(f",{other},", f",{version},")
@@ -501,4 +590,7 @@ def _rows(database: str) -> dict[str, str]:
 
 def with_substitutes(requests: list[Request]) -> list[Request]:
     """These requests and the ones that take their place where they clog."""
-    return [*requests, *(r.with_seed(int(r.parameters["seed"]) + SUBSTITUTE_SEED) for r in requests)]
+    return [
+        *requests,
+        *(r.with_seed(int(r.parameters["seed"]) + SUBSTITUTE_SEED) for r in requests),
+    ]

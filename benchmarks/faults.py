@@ -1,17 +1,21 @@
-"""Faults on purpose: whatever dies, nothing finished is lost, nothing runs twice without need, the answer is the same.
+"""Faults on purpose: whatever dies, nothing finished is lost, nothing runs twice without need, the
+answer is the same.
 
     python -m benchmarks.faults                writes benchmarks/results/faults.json; 10-20 minutes
     python -m benchmarks.faults --quick        each kind once, on the fake YADE only, prints only
     python -m benchmarks.faults --only WORDS   kinds with these words in their name, prints only
 
-A fault befalls a results folder of its own. Then `calibrator run` is called again, as a user would, and the outcome is compared
-with that of the undisturbed plan. `lost_finished_runs` counts records that had been good before the fault and are not the same
-to the byte, `undetected_corruptions` spoiled records that were not reported and made anew, `wrong_answers` databases that are not
-the undisturbed one to the byte, `tracebacks` those on stderr, `repeated_without_need` runs that were started again although
-finished, or after a kill although not in flight, and `unexpected` faults that ended in another way than expected.
+A fault befalls a results folder of its own. Then `calibrator run` is called again, as a user would,
+and the outcome is compared with that of the undisturbed plan. `lost_finished_runs` counts records
+that had been good before the fault and are not the same to the byte, `undetected_corruptions`
+spoiled records that were not reported and made anew, `wrong_answers` databases that are not the
+undisturbed one to the byte, `tracebacks` those on stderr, `repeated_without_need` runs that were
+started again although finished, or after a kill although not in flight, and `unexpected` faults
+that ended in another way than expected.
 
-Most faults strike the fake YADE of tests/fake_yade.py, some the real one with hourglasses of 270 grains. Each function below is
-one kind of fault; its first line is its name, `benchmarks/faulting.py` is its stage.
+Most faults strike the fake YADE of tests/fake_yade.py, some the real one with hourglasses of 270
+grains. Each function below is one kind of fault; its first line is its name,
+`benchmarks/faulting.py` is its stage.
 """
 
 from __future__ import annotations
@@ -35,9 +39,23 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import write
-from benchmarks.faulting import NotInjected, Stage, Undisturbed, in_private, judge, undisturbed, with_substitutes
+from benchmarks.faulting import (
+    NotInjected,
+    Stage,
+    Undisturbed,
+    in_private,
+    judge,
+    undisturbed,
+    with_substitutes,
+)
 
-COUNTS = ("lost_finished_runs", "undetected_corruptions", "wrong_answers", "tracebacks", "repeated_without_need")
+COUNTS = (
+    "lost_finished_runs",
+    "undetected_corruptions",
+    "wrong_answers",
+    "tracebacks",
+    "repeated_without_need",
+)
 SAME = "the next call finishes the plan"
 REFUSED = "one line with a remedy, and once the cause is gone the next call finishes the plan"
 REPAIRED = "the damaged record is reported and its run done again"
@@ -49,7 +67,9 @@ WORKERS = 3  # faults at a time: most of a fault is waiting
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of fault: what it does to a stage, what is expected, and how often it strikes the fake and the real YADE."""
+    """A kind of fault: what it does to a stage, what is expected, and how often it strikes the fake
+    and the real YADE.
+    """
 
     name: str
     act: Callable[[Stage], None]
@@ -62,11 +82,15 @@ class Kind:
 KINDS: list[Kind] = []
 
 
-def fault(expected: str, fake: int, real: int = 0, needs_mounts: bool = False) -> Callable[[Callable[[Stage], None]], Any]:
+def fault(
+    expected: str, fake: int, real: int = 0, needs_mounts: bool = False
+) -> Callable[[Callable[[Stage], None]], Any]:
     """Register a function as a kind of fault, under the first line of its docstring."""
 
     def register(act: Callable[[Stage], None]) -> Callable[[Stage], None]:
-        KINDS.append(Kind(str(act.__doc__).splitlines()[0], act, expected, fake, real, needs_mounts))
+        KINDS.append(
+            Kind(str(act.__doc__).splitlines()[0], act, expected, fake, real, needs_mounts)
+        )
         return act
 
     return register
@@ -100,7 +124,10 @@ def _killed(stage: Stage, who: str) -> None:
     stage.moment(driver)
     stage.kill(driver, who)
     stage.expect(stage.end(driver).status == 0, "the driver did not go on by itself")
-    stage.expect(len(stage.believed()) == len(stage.whole.requests), "the driver did not finish the plan by itself")
+    stage.expect(
+        len(stage.believed()) == len(stage.whole.requests),
+        "the driver did not finish the plan by itself",
+    )
 
 
 @fault(RETRIED, fake=25, real=2)
@@ -164,18 +191,23 @@ def _of_another_version(text: str, rng: random.Random) -> str:
 
 def _with_nan(text: str, rng: random.Random) -> str:
     name, value = rng.choice(re.findall(r'"(\w+)": (-?[0-9.e-]+)', text))
-    return text.replace(f'"{name}": {value}', f'"{name}": {rng.choice(["NaN", "Infinity", "-Infinity"])}')
+    return text.replace(
+        f'"{name}": {value}', f'"{name}": {rng.choice(["NaN", "Infinity", "-Infinity"])}'
+    )
 
 
 def _with_a_wrong_type(text: str, rng: random.Random) -> str:
     record = json.loads(text)
-    key = rng.choice(["setup", "run_id", "parameters", "status", "responses", "diagnostics", "provenance"])
+    key = rng.choice(
+        ["setup", "run_id", "parameters", "status", "responses", "diagnostics", "provenance"]
+    )
     return json.dumps({**record, key: rng.choice([[], 7, True, None])})
 
 
 def _without_a_key(text: str, rng: random.Random) -> str:
     record = json.loads(text)
-    del record[rng.choice(sorted(record.keys() - {"seal"}))]  # records from before there were seals are believed
+    # records from before there were seals are believed
+    del record[rng.choice(sorted(record.keys() - {"seal"}))]
     return json.dumps(record)
 
 
@@ -183,7 +215,9 @@ def _with_another_number(text: str, rng: random.Random) -> str:
     """A number that could be true, in place of the one that was measured."""
     record = json.loads(text)
     name = rng.choice(sorted(record["responses"]))
-    return json.dumps({**record, "responses": {**record["responses"], name: record["responses"][name] * 1.01}})
+    return json.dumps(
+        {**record, "responses": {**record["responses"], name: record["responses"][name] * 1.01}}
+    )
 
 
 def _with_a_flipped_bit(text: str, rng: random.Random) -> str:
@@ -224,7 +258,11 @@ def _spoiled_between_calls(change: Callable[[str, random.Random], str], stage: S
 
 KINDS += [
     Kind(
-        f"record {name}", partial(_spoiled_between_calls, change), REPAIRED, fake=6, real=int(name in ("half written", "emptied"))
+        f"record {name}",
+        partial(_spoiled_between_calls, change),
+        REPAIRED,
+        fake=6,
+        real=int(name in ("half written", "emptied")),
     )
     for name, change in SPOILED.items()
 ]
@@ -237,7 +275,9 @@ def spoiled_in_mid_run(stage: Stage) -> None:
     stage.wait_for(lambda: bool(stage.believed()) or not driver.running)
     stage.moment(driver)
     stage.take_stock()
-    _spoil(stage, stage.rng.choice(sorted(stage.finished)), stage.rng.choice(list(SPOILED.values())))
+    _spoil(
+        stage, stage.rng.choice(sorted(stage.finished)), stage.rng.choice(list(SPOILED.values()))
+    )
     stage.end(driver)
 
 
@@ -245,9 +285,17 @@ def spoiled_in_mid_run(stage: Stage) -> None:
 def yade_misbehaves_once(stage: Stage) -> None:
     """YADE crashes, lies, writes half a record or none, once in each of two runs"""
     both = stage.rng.sample(sorted(stage.whole.requests), 2)
-    seeds = {str(stage.whole.requests[i].parameters["seed"]): stage.rng.choice(["crash", "lie", "half", "nothing"]) for i in both}
+    seeds = {
+        str(stage.whole.requests[i].parameters["seed"]): stage.rng.choice(
+            ["crash", "lie", "half", "nothing"]
+        )
+        for i in both
+    }
     stage.behave(once=True, **seeds)
-    stage.expect(stage.run().status == 0 and len(stage.believed()) == len(stage.whole.requests), "it was not tried again")
+    stage.expect(
+        stage.run().status == 0 and len(stage.believed()) == len(stage.whole.requests),
+        "it was not tried again",
+    )
 
 
 # Places
@@ -282,8 +330,12 @@ def _short_of(stage: Stage, use_up: Callable[[Path], None]) -> None:
         if ended.status == 0:  # what was left was enough
             raise NotInjected
         stage.refused(ended)
-        stage.expect(not [p for p in folder.rglob("*.tmp") if p.parent.name != "records"], "half a file is left on the full disk")
-        if len(stage.believed()) < len(stage.whole.requests):  # else only notes about the runs were missing
+        stage.expect(
+            not [p for p in folder.rglob("*.tmp") if p.parent.name != "records"],
+            "half a file is left on the full disk",
+        )
+        # else only notes about the runs were missing
+        if len(stage.believed()) < len(stage.whole.requests):
             stage.refused(stage.run())
         subprocess.run(["rm", "-r", folder / "ballast"], check=True)
 
@@ -327,7 +379,10 @@ def clock_jumps(stage: Stage) -> None:
             os.utime(path, times=(max(0.0, time.time() + jump),) * 2)
     stage.expect(stage.end(driver).status == 0, "the driver did not finish the plan")
     about = [json.loads(data)["provenance"] for data in stage.believed().values()]
-    stage.expect(any(abs(p["started"] - time.time()) > 5e3 or abs(p["wall_time"]) > 5e3 for p in about), "no clock has jumped")
+    stage.expect(
+        any(abs(p["started"] - time.time()) > 5e3 or abs(p["wall_time"]) > 5e3 for p in about),
+        "no clock has jumped",
+    )
 
 
 # Company
@@ -363,7 +418,10 @@ def _rows_swapped(lines: list[str], rng: random.Random) -> None:
 def _ids_swapped(lines: list[str], rng: random.Random) -> None:
     ids = [line.split(" ")[0] for line in lines[1:]]
     rng.shuffle(ids)
-    lines[1:] = [" ".join([run_id, *line.split(" ")[1:]]) for run_id, line in zip(ids, lines[1:], strict=True)]
+    lines[1:] = [
+        " ".join([run_id, *line.split(" ")[1:]])
+        for run_id, line in zip(ids, lines[1:], strict=True)
+    ]
 
 
 def _row_doubled(lines: list[str], rng: random.Random) -> None:
@@ -379,7 +437,9 @@ EDITS = (_another_value, _rows_swapped, _ids_swapped, _row_doubled, _table_empti
 
 @fault(RETRIED, fake=15, real=1)
 def table_edited(stage: Stage) -> None:
-    """table of the batch edited in mid-run: a value, rows or run ids swapped, a row doubled, emptied"""
+    """table of the batch edited in mid-run: a value, rows or run ids swapped, a row doubled,
+    emptied
+    """
     driver = stage.start()
     stage.moment(driver)
     stage.take_stock()
@@ -465,9 +525,14 @@ def another_yade(stage: Stage) -> None:
     stage.finish(stage.rng.randrange(1, len(stage.whole.requests)))
     stage.behave(yade="fake-2")
     ended = stage.run()
-    stage.expect("fake, fake-2" in ended.told and ended.status == 0, "nobody said that versions are mixed")
+    stage.expect(
+        "fake, fake-2" in ended.told and ended.status == 0, "nobody said that versions are mixed"
+    )
     rows = stage.database().splitlines()
-    stage.expect(sum(",fake-2," in row for row in rows) == len(set(stage.calls())), "a row does not say its version")
+    stage.expect(
+        sum(",fake-2," in row for row in rows) == len(set(stage.calls())),
+        "a row does not say its version",
+    )
     stage.versions = {"fake-2": "fake"}
 
 
@@ -503,7 +568,9 @@ def hangs_for_ever(stage: Stage) -> None:
     stage.forsaken = {run_id: "timeout"}
     stage.behave(**{str(stage.whole.requests[run_id].parameters["seed"]): "hang"})
     clock = stage.path / "bin" / "timeout"  # its fourth argument is the limit
-    clock.write_text(f'#!/bin/sh\nshift 3\nexec {shutil.which("timeout")} --foreground --kill-after=1 1.5 "$@"\n')
+    clock.write_text(
+        f'#!/bin/sh\nshift 3\nexec {shutil.which("timeout")} --foreground --kill-after=1 1.5 "$@"\n'
+    )
     clock.chmod(0o755)
     stage.expect(stage.run().status == 0, "the driver failed")
     stage.same_again()
@@ -513,9 +580,15 @@ def hangs_for_ever(stage: Stage) -> None:
 
 
 def strike(kind: Kind, whole: Undisturbed, number: int, folder: Path) -> dict[str, Any]:
-    """Inject one fault, at another moment where there was nothing to strike any more; what was expected and what happened."""
+    """Inject one fault, at another moment where there was nothing to strike any more; what was
+    expected and what happened.
+    """
     for attempt in range(20):
-        stage = Stage(folder / f"attempt-{attempt}", whole, random.Random(f"{kind.name} {number} {attempt} {whole.real}"))
+        stage = Stage(
+            folder / f"attempt-{attempt}",
+            whole,
+            random.Random(f"{kind.name} {number} {attempt} {whole.real}"),
+        )
         try:
             kind.act(stage)
             verdict = asdict(judge(stage))
@@ -534,7 +607,9 @@ def strike(kind: Kind, whole: Undisturbed, number: int, folder: Path) -> dict[st
 
 
 def campaign(quick: bool, only: str = "") -> dict[str, Any]:
-    """Every fault of every kind with these words in its name; quickly, each kind once, on the fake YADE."""
+    """Every fault of every kind with these words in its name; quickly, each kind once, on the fake
+    YADE.
+    """
     work = Path(tempfile.mkdtemp(prefix="faults-")).resolve()
     asked = [k for k in KINDS if only in k.name]
     able = [k for k in asked if os.environ.get("FAULTS_PRIVATE") == "yes" or not k.needs_mounts]
@@ -544,29 +619,54 @@ def campaign(quick: bool, only: str = "") -> dict[str, Any]:
             jobs = [(k, i) for k in able for i in range(k.real if real else 1 if quick else k.fake)]
             whole = undisturbed(work / f"undisturbed-{real}", real, *PLANS[real])
             with ProcessPoolExecutor(WORKERS) as pool:
-                tasks = [pool.submit(strike, k, whole, i, work / f"{real}-{KINDS.index(k)}-{i}") for k, i in jobs]
+                tasks = [
+                    pool.submit(strike, k, whole, i, work / f"{real}-{KINDS.index(k)}-{i}")
+                    for k, i in jobs
+                ]
                 for task in tasks:
                     found.append(task.result())
-                    print(*(found[-1][key] for key in ("yade", "kind", "number", "happened")), sep=" | ", flush=True)
+                    print(
+                        *(found[-1][key] for key in ("yade", "kind", "number", "happened")),
+                        sep=" | ",
+                        flush=True,
+                    )
     finally:
         shutil.rmtree(work)
-    return {**counted(found), "not_possible_here": [k.name for k in asked if k not in able], "faults": found}
+    return {
+        **counted(found),
+        "not_possible_here": [k.name for k in asked if k not in able],
+        "faults": found,
+    }
 
 
 def counted(found: list[dict[str, Any]]) -> dict[str, Any]:
     """The sums over all faults."""
     sums = {key: sum(f[key] for f in found) for key in COUNTS}
     unexpected = sum(f["happened"] != "as expected" for f in found)
-    return {"injected": len(found), "on_real_yade": sum(f["yade"] == "real" for f in found), **sums, "unexpected": unexpected}
+    return {
+        "injected": len(found),
+        "on_real_yade": sum(f["yade"] == "real" for f in found),
+        **sums,
+        "unexpected": unexpected,
+    }
 
 
 def main() -> None:
     """Carry out the campaign, print its counts, and write them where it was the whole one."""
     in_private("benchmarks.faults", sys.argv[1:])
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="each kind once, on the fake YADE only")
-    parser.add_argument("--only", default="", metavar="WORDS", help="kinds with these words in their name")
-    parser.add_argument("--to", type=Path, metavar="FILE", help="where results go that are not those of the whole campaign")
+    parser.add_argument(
+        "--quick", action="store_true", help="each kind once, on the fake YADE only"
+    )
+    parser.add_argument(
+        "--only", default="", metavar="WORDS", help="kinds with these words in their name"
+    )
+    parser.add_argument(
+        "--to",
+        type=Path,
+        metavar="FILE",
+        help="where results go that are not those of the whole campaign",
+    )
     options = parser.parse_args()
     found = campaign(options.quick, options.only)
     print(json.dumps({k: v for k, v in found.items() if k != "faults"}, indent=1))

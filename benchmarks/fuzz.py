@@ -1,10 +1,12 @@
-"""How the calibrator takes bad input: 100,000 damaged files, values and command lines (see benchmarks/fuzzing.py).
+"""How the calibrator takes bad input: 100,000 damaged files, values and command lines (see
+benchmarks/fuzzing.py).
 
     python -m benchmarks.fuzz            writes benchmarks/results/fuzz.json, some minutes
     python -m benchmarks.fuzz --quick    1 % of the inputs, prints only: a smoke test
 
-`tracebacks` counts inputs that were neither accepted as they stand nor refused with one line, `hangs` those that took longer
-than 20 s, `code_executed` the marks that code in an input has left. `wrong` lists the first of each sort of what went wrong.
+`tracebacks` counts inputs that were neither accepted as they stand nor refused with one line,
+`hangs` those that took longer than 20 s, `code_executed` the marks that code in an input has left.
+`wrong` lists the first of each sort of what went wrong.
 """
 
 from __future__ import annotations
@@ -61,15 +63,28 @@ def fuzz(yard: Yard, name: str, inputs: int, part: int = 0) -> dict[str, Any]:
         except Exception as error:
             counts["tracebacks"] += 1
             place = traceback.extract_tb(error.__traceback__)[-1]
-            wrong.setdefault(f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}", f"{error} {drawn!r}"[:600])
+            wrong.setdefault(
+                f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}",
+                f"{error} {drawn!r}"[:600],
+            )
 
-    quietly = dict(deadline=None, database=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+    quietly = dict(
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
     start = 10_000 * part
     while counts["inputs"] < inputs:
         test = given(KINDS[name].draw(yard))(one)
         seed(start)(settings(max_examples=min(BATCH, inputs - counts["inputs"]), **quietly)(test))()
         start += 1
-    return {"inputs": counts["inputs"], "tracebacks": counts["tracebacks"], "hangs": counts["hangs"], "wrong": wrong}
+    return {
+        "inputs": counts["inputs"],
+        "tracebacks": counts["tracebacks"],
+        "hangs": counts["hangs"],
+        "wrong": wrong,
+    }
 
 
 def fuzz_processes(yard: Yard, inputs: int) -> dict[str, Any]:
@@ -82,7 +97,15 @@ def fuzz_processes(yard: Yard, inputs: int) -> dict[str, Any]:
         key, separator, _ = lines[i % len(lines)].partition(" = ")
         lines[i % len(lines)] = f"{key} = {value}" if separator else word
         (yard.cases / "input.toml").write_text("\n".join(lines), "utf-8", "replace")
-        command = [sys.executable, "-m", "calibrator.cli", "plan", str(yard.cases / "input.toml"), "--results", word or "x"]
+        command = [
+            sys.executable,
+            "-m",
+            "calibrator.cli",
+            "plan",
+            str(yard.cases / "input.toml"),
+            "--results",
+            word or "x",
+        ]
         if word.startswith(("/", "~", "..")):
             command[-1] = str(yard.path / "out")
         here = {"cwd": yard.path, "env": {**os.environ, "PYTHONPATH": os.getcwd()}}
@@ -92,7 +115,9 @@ def fuzz_processes(yard: Yard, inputs: int) -> dict[str, Any]:
             hangs += 1
             wrong.setdefault("hang", f"{value!r} {word!r}"[:600])
             continue
-        if done.returncode not in (0, 2) or (done.returncode == 2 and done.stderr.count(b"\n") != 1):
+        if done.returncode not in (0, 2) or (
+            done.returncode == 2 and done.stderr.count(b"\n") != 1
+        ):
             tracebacks += 1
             wrong.setdefault(f"status {done.returncode}", f"{command!r} {done.stderr!r}"[-600:])
     return {"inputs": inputs, "tracebacks": tracebacks, "hangs": hangs, "wrong": wrong}
@@ -101,14 +126,26 @@ def fuzz_processes(yard: Yard, inputs: int) -> dict[str, Any]:
 def main() -> None:
     """Run every kind, in parts on all cores, and write the counts."""
     quick = asked_for_quick(__doc__, "1 % of the inputs, prints only")
-    jobs = [(name, part, round(INPUTS * kind.share / PARTS)) for name, kind in KINDS.items() for part in range(PARTS)]
+    jobs = [
+        (name, part, round(INPUTS * kind.share / PARTS))
+        for name, kind in KINDS.items()
+        for part in range(PARTS)
+    ]
     jobs.append(("command_line_process", 0, PROCESSES))
     if quick:
         jobs = [(name, part, count // 20) for name, part, count in jobs if part == 0]
-    found: dict[str, Any] = {"inputs": 0, "tracebacks": 0, "hangs": 0, "code_executed": 0, "kinds": {}}
+    found: dict[str, Any] = {
+        "inputs": 0,
+        "tracebacks": 0,
+        "hangs": 0,
+        "code_executed": 0,
+        "kinds": {},
+    }
     with ProcessPoolExecutor(2 * len(os.sched_getaffinity(0))) as pool:
         for name, counts in pool.map(in_a_yard, *zip(*jobs, strict=True)):
-            own = found["kinds"].setdefault(name, {"inputs": 0, "tracebacks": 0, "hangs": 0, "wrong": {}})
+            own = found["kinds"].setdefault(
+                name, {"inputs": 0, "tracebacks": 0, "hangs": 0, "wrong": {}}
+            )
             own["wrong"].update(counts.pop("wrong"))
             for key, count in counts.items():
                 found[key] += count

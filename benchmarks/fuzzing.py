@@ -1,8 +1,9 @@
-"""Bad input on purpose: kinds of files and arguments that benchmarks/damage.py damages, and what must hold for each of them.
+"""Bad input on purpose: kinds of files and arguments that benchmarks/damage.py damages, and what
+must hold for each of them.
 
-Used by tests/test_fuzz.py, a few hundred of each kind, and by benchmarks/fuzz.py, 100,000 in all. Every input must be accepted,
-and then mean what it says, or be refused with one line. Every kind of free text carries code that leaves a mark if anything runs
-it. No YADE is started.
+Used by tests/test_fuzz.py, a few hundred of each kind, and by benchmarks/fuzz.py, 100,000 in all.
+Every input must be accepted, and then mean what it says, or be refused with one line. Every kind of
+free text carries code that leaves a mark if anything runs it. No YADE is started.
 """
 
 from __future__ import annotations
@@ -27,22 +28,29 @@ import numpy as np
 from hypothesis import strategies as st
 
 from benchmarks.damage import TOML_VALUES, VALUES, WORDS, damaged_bytes, damaged_json
-from calibrator import experiments, plan_runs, workflow
-from calibrator.case import SECTIONS, Case, read_case
+from calibrator.case.case import Case
+from calibrator.case.lab import read_lab, read_nuisances
+from calibrator.case.toml import SECTIONS, read_case
+from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SCHEMA, SETUPS
 from calibrator.cli import main
-from calibrator.database import Database
-from calibrator.design import sobol
+from calibrator.diagnosis import experiments
 from calibrator.errors import CalibratorError
 from calibrator.files import parse_json
-from calibrator.findings import arrays_of
-from calibrator.lab import read_lab, read_nuisances
-from calibrator.plan import plan_requests
-from calibrator.quantities import PARAMETERS, RESPONSES, SCHEMA, SETUPS
-from calibrator.records import InvalidRecord, Record, read_record
-from calibrator.runner import RunFolder, gather
-from calibrator.table import Request, cell, write_table
+from calibrator.plan import forecast
+from calibrator.plan.design import sobol
+from calibrator.plan.requests import plan_requests
+from calibrator.plan.run import collect, proposed
+from calibrator.report.findings import arrays_of
+from calibrator.runs import local, workspace
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.record import InvalidRecord, Record, read_record
+from calibrator.runs.request import Request, cell, write_table
+from calibrator.search.calibrate import calibrate
+from calibrator.verification.verify import verification_requests
 
-SECONDS = 20.0  # after which one input counts as a hang, on a machine that may be busy with simulations
+# after which one input counts as a hang, on a machine that may be busy with simulations
+SECONDS = 20.0
 SMALL_PLAN = 300  # runs of a plan that is written out
 
 CASE = """name = "toy"
@@ -130,10 +138,16 @@ TRUTH = "[parameters]\nrolling_friction = 0.25\n"
 
 
 class Yard:
-    """A folder with a good case and its results, traps beside it, and a place where code would leave its mark."""
+    """A folder with a good case and its results, traps beside it, and a place where code would
+    leave its mark.
+    """
 
     def __init__(self, path: Path) -> None:
-        self.path, self.cases, self.grid = path, path / "project" / "cases", path / "project" / "grid"
+        self.path, self.cases, self.grid = (
+            path,
+            path / "project" / "cases",
+            path / "project" / "grid",
+        )
         self.marks = path / "marks"
         for folder in (self.cases, self.grid, self.marks):
             folder.mkdir(parents=True)
@@ -147,11 +161,13 @@ class Yard:
         self.database.write(self.grid / "runs.csv")
         shutil.copy(self.grid / "runs.csv", self.cases)
         self._set_traps()
-        self.space = workflow.Workspace(self.case, path / "results" / "toy")
-        for verb in (workflow.plan, workflow.collect, workflow.calibrate):
+        self.space = workspace.Workspace(self.case, path / "results" / "toy")
+        for verb in (forecast.plan, collect, calibrate):
             verb(self.space)
         whole = self.space.outcome("calibrate")  # of which a small part will do
-        self.space.note("calibrate", {k: whole[k] for k in ("candidates", "seed_noise", "statuses", "failed")})
+        self.space.note(
+            "calibrate", {k: whole[k] for k in ("candidates", "seed_noise", "statuses", "failed")}
+        )
         self.summary = parse_json((self.space.path / "summary.json").read_text())
         (self.space.path / "records").mkdir()
 
@@ -172,7 +188,14 @@ class Yard:
         """Texts that leave a mark if Python evaluates them or a shell runs them."""
         mark = f"{self.marks}/$$"
         python = f"__import__('os').system('touch {self.marks}/python')"
-        return [python, f"1 if {python} else 1", f"$(touch {mark})", f"`touch {mark}`", f"; touch {mark};", f"'; touch {mark} #"]
+        return [
+            python,
+            f"1 if {python} else 1",
+            f"$(touch {mark})",
+            f"`touch {mark}`",
+            f"; touch {mark};",
+            f"'; touch {mark} #",
+        ]
 
 
 def made_up_database(requests: list[Request]) -> Database:
@@ -183,7 +206,16 @@ def made_up_database(requests: list[Request]) -> Database:
         density = 1700 - 120 * float(p["sliding_friction"]) + i % 3
         angle = 40 + 20 * float(p["rolling_friction"]) + 0.1 * (i % 2)
         responses = {"bulk_density": density, "drained_equivalent_angle_deg": angle}
-        records.append(Record(r, "ok", responses, "", {"particles": 9, "steps": 10}, {"yade": "none", "scripts": "none"}))
+        records.append(
+            Record(
+                r,
+                "ok",
+                responses,
+                "",
+                {"particles": 9, "steps": 10},
+                {"yade": "none", "scripts": "none"},
+            )
+        )
     return Database(records)
 
 
@@ -204,7 +236,9 @@ def refusal(error: Exception) -> None:
     """A refusal is one printable line of bounded length that ends with what to do."""
     line = str(error)
     require(line.isprintable() and 10 < len(line) < 1100, f"not one line: {line!r}")
-    require(isinstance(error, InvalidRecord) or ": " in line or "; " in line, f"no remedy: {line!r}")
+    require(
+        isinstance(error, InvalidRecord) or ": " in line or "; " in line, f"no remedy: {line!r}"
+    )
 
 
 def ask(call: Callable[[], Any]) -> Any:
@@ -217,13 +251,21 @@ def ask(call: Callable[[], Any]) -> Any:
 
 
 def only_data(text: str) -> bool:
-    """Whether a table's cell is a number or a quoted word of the vocabulary, for Python as well as for its looks."""
+    """Whether a table's cell is a number or a quoted word of the vocabulary, for Python as well as
+    for its looks.
+    """
     choices = {c for q in PARAMETERS.values() for c in q.choices or ()}
     tree = ast.parse(text, mode="eval").body
-    inner = tree.operand if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub) else tree
+    inner = (
+        tree.operand if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub) else tree
+    )
     if not isinstance(inner, ast.Constant) or any(c.isspace() for c in text):
         return False
-    return inner.value in choices if isinstance(inner.value, str) else type(inner.value) in (int, float)
+    return (
+        inner.value in choices
+        if isinstance(inner.value, str)
+        else type(inner.value) in (int, float)
+    )
 
 
 def safe_table(path: Path) -> None:
@@ -231,15 +273,26 @@ def safe_table(path: Path) -> None:
     header, *lines = path.read_text().splitlines()
     for line in lines:
         run_id, *cells = line.split(" ")
-        require(len(cells) == len(header.split()) - 1 and run_id.isalnum(), f"a broken line: {line!r}")
-        require(all(only_data(c) for c in cells if not c.startswith("scripts/")), f"code in a table: {line!r}")
+        require(
+            len(cells) == len(header.split()) - 1 and run_id.isalnum(), f"a broken line: {line!r}"
+        )
+        require(
+            all(only_data(c) for c in cells if not c.startswith("scripts/")),
+            f"code in a table: {line!r}",
+        )
         scripts = [c for c in cells if c.startswith("scripts/")]
-        require(all(s in [f"scripts/{x}.py" for x in SETUPS] for s in scripts), f"a strange script: {line!r}")
+        require(
+            all(s in [f"scripts/{x}.py" for x in SETUPS] for s in scripts),
+            f"a strange script: {line!r}",
+        )
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of input: how it is drawn in a yard, and what is done with it there; `share` is its part of all inputs."""
+    """A kind of input: how it is drawn in a yard, and what is done with it there;
+
+    `share` is its part of all inputs.
+    """
 
     draw: Callable[[Yard], st.SearchStrategy[Any]]
     use: Callable[[Yard, Any], None]
@@ -249,7 +302,9 @@ class Kind:
 KINDS: dict[str, Kind] = {}
 
 
-def kind(share: float, draw: Callable[[Yard], st.SearchStrategy[Any]]) -> Callable[[Callable[[Yard, Any], None]], Any]:
+def kind(
+    share: float, draw: Callable[[Yard], st.SearchStrategy[Any]]
+) -> Callable[[Callable[[Yard, Any], None]], Any]:
     """Register what is done with an input under the function's name."""
 
     def register(use: Callable[[Yard, Any], None]) -> Callable[[Yard, Any], None]:
@@ -263,7 +318,12 @@ def _texts(yard: Yard) -> list[str]:
     return [*WORDS, *yard.spells()]
 
 
-@kind(0.16, lambda yard: damaged_bytes([CASE.encode()], [*TOML_VALUES, *_texts(yard), *map(json.dumps, yard.spells())]))
+@kind(
+    0.16,
+    lambda yard: damaged_bytes(
+        [CASE.encode()], [*TOML_VALUES, *_texts(yard), *map(json.dumps, yard.spells())]
+    ),
+)
 def case_file(yard: Yard, data: bytes) -> None:
     """A case is read as it stands, or refused; a small plan of it is written as data."""
     path = yard.cases / "input.toml"
@@ -271,8 +331,15 @@ def case_file(yard: Yard, data: bytes) -> None:
     case = ask(lambda: read_case(path))
     if case is None:
         return
-    require(as_written(case, tomllib.loads(data.decode("utf-8-sig"))), "a setting differs from what the file says")
-    sets = np.prod([p.samples for p in case.problem.parameters]) if case.plan.design == "grid" else case.plan.sets
+    require(
+        as_written(case, tomllib.loads(data.decode("utf-8-sig"))),
+        "a setting differs from what the file says",
+    )
+    sets = (
+        np.prod([p.samples for p in case.problem.parameters])
+        if case.plan.design == "grid"
+        else case.plan.sets
+    )
     if sets * case.plan.replicates * 3 <= SMALL_PLAN:
         _plan(yard, case)
 
@@ -281,7 +348,9 @@ def as_written(case: Case, tables: dict[str, Any]) -> bool:
     """Whether a case holds what its file says, key by key, and nothing else."""
     for section in SECTIONS:
         settings = dataclasses.asdict(getattr(case, section))
-        given = {k: tuple(v) if isinstance(v, list) else v for k, v in tables.get(section, {}).items()}
+        given = {
+            k: tuple(v) if isinstance(v, list) else v for k, v in tables.get(section, {}).items()
+        }
         if any(settings[k] != v for k, v in given.items()):
             return False
     bounds = {p.name: (p.low, p.high) for p in case.problem.parameters}
@@ -289,23 +358,45 @@ def as_written(case: Case, tables: dict[str, Any]) -> bool:
     fixed, setups = tables.get("fixed", {}), tables.get("setups", {})
     conditions = {n: {"setup": c.setup, **c.values} for n, c in case.conditions.items()}
     texts = case.name == tables["name"] and case.about == tables.get("about", "")
-    same = case.problem.fixed == fixed and case.problem.setups == setups and conditions == tables.get("conditions", {})
+    same = (
+        case.problem.fixed == fixed
+        and case.problem.setups == setups
+        and conditions == tables.get("conditions", {})
+    )
     return texts and bounds == wanted and same
 
 
 def _plan(yard: Yard, case: Case) -> None:
     _written(yard, ask(lambda: plan_requests(case)))
-    if case.diagnosis.sets * case.diagnosis.replicates + len(case.diagnosis.effects) * case.diagnosis.effect_sets <= SMALL_PLAN:
+    if (
+        case.diagnosis.sets * case.diagnosis.replicates
+        + len(case.diagnosis.effects) * case.diagnosis.effect_sets
+        <= SMALL_PLAN
+    ):
         _written(yard, ask(lambda: _diagnosed(case)))
 
 
 def _diagnosed(case: Case) -> list[Request]:
     """Every run behind a diagnosis, under each of the case's conditions."""
-    variants = [dataclasses.replace(o, role="diagnose", condition=c) for o in case.observables for c in case.conditions]
+    variants = [
+        dataclasses.replace(o, role="diagnose", condition=c)
+        for o in case.observables
+        for c in case.conditions
+    ]
     own = [o for o in variants if case.conditions[o.condition].setup == o.setup]
-    found, points = experiments.experiments(case, [*case.observables, *own]), sobol(case.problem, case.diagnosis.sets)
+    found, points = (
+        experiments.experiments(case, [*case.observables, *own]),
+        sobol(case.problem, case.diagnosis.sets),
+    )
     plain = experiments.plain_requests(case, found, points)
-    return [r for one in (*plain, *experiments.change_requests(case, found, experiments.library(case), points)) for r in one]
+    return [
+        r
+        for one in (
+            *plain,
+            *experiments.change_requests(case, found, experiments.library(case), points),
+        )
+        for r in one
+    ]
 
 
 def _written(yard: Yard, requests: list[Request] | None) -> None:
@@ -321,21 +412,35 @@ def lab_file(yard: Yard, data: bytes) -> None:
     path.write_bytes(data)
     rows = ask(lambda: read_lab(path))
     if rows is not None:
-        lines = [x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")]
+        lines = [
+            x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")
+        ]
         require(len(rows) == len(lines) - 1, "a row was lost")
         for row, line in zip(rows, lines[1:], strict=True):
-            require(all(x in line for x in (row.role, row.setup, row.response, row.condition)), f"{row.key} is not in {line!r}")
+            require(
+                all(x in line for x in (row.role, row.setup, row.response, row.condition)),
+                f"{row.key} is not in {line!r}",
+            )
 
 
-@kind(0.06, lambda yard: damaged_bytes([NUISANCES.encode()], [*_texts(yard), "effect:tilt_deg", "effect:", "*" * 99, "[!", "%"]))
+@kind(
+    0.06,
+    lambda yard: damaged_bytes(
+        [NUISANCES.encode()], [*_texts(yard), "effect:tilt_deg", "effect:", "*" * 99, "[!", "%"]
+    ),
+)
 def nuisance_table(yard: Yard, data: bytes) -> None:
-    """Every row of an accepted table is an error of something that was measured, or of an effect; none is lost."""
+    """Every row of an accepted table is an error of something that was measured, or of an effect;
+    none is lost.
+    """
     path = yard.cases / "input.csv"
     path.write_bytes(data)
     rows = read_lab(yard.cases / "lab.csv")
     found = ask(lambda: read_nuisances(path, rows))
     if found is not None:
-        lines = [x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")]
+        lines = [
+            x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")
+        ]
         require(len(found) == len(lines) - 1, "a row was lost")
         for one in found:
             touched = bool(one.effect) or any(one.touches(o) for o in rows)
@@ -353,7 +458,13 @@ def good_record(request: Request) -> dict[str, Any]:
         "responses": {"bulk_density": 1500.0, "mass_flow_rate": 0.01},
         "error": None,
         "diagnostics": {"particles": 9, "steps": 100, "filling_cpu": 1.0, "stop_reason": "rest"},
-        "provenance": {"yade": "none", "scripts": "none", "host": "here", "started": 1e9, "wall_time": 2.0},
+        "provenance": {
+            "yade": "none",
+            "scripts": "none",
+            "host": "here",
+            "started": 1e9,
+            "wall_time": 2.0,
+        },
     }
 
 
@@ -369,25 +480,40 @@ def record(yard: Yard, data: bytes) -> None:
         return
     raw = json.loads(data.decode("utf-8-sig"))
     responses = {n: float(v) for n, v in raw["responses"].items()}
-    same = raw["parameters"] == request.parameters and raw["status"] == found.status and responses == found.responses
+    same = (
+        raw["parameters"] == request.parameters
+        and raw["status"] == found.status
+        and responses == found.responses
+    )
     require(same, "not what the file says")
     if yard.executed() == 0 and len(found.error) % 4 == 0:
         Database([found]).write(yard.path / "input.csv")
         (twin,) = Database.read(yard.path / "input.csv").records.values()
-        require((twin.request, twin.status, twin.responses) == (request, found.status, found.responses), "lost in the database")
+        require(
+            (twin.request, twin.status, twin.responses) == (request, found.status, found.responses),
+            "lost in the database",
+        )
 
 
 @kind(0.1, lambda yard: damaged_bytes([(yard.grid / "runs.csv").read_bytes()], _texts(yard)))
 def database(yard: Yard, data: bytes) -> None:
-    """Every row of an accepted database is a run whose id belongs to its parameters; requests made of it are data."""
+    """Every row of an accepted database is a run whose id belongs to its parameters; requests made
+    of it are data.
+    """
     path = yard.grid / "input.csv"
     path.write_bytes(data)
     found = ask(lambda: Database.read(path))
     if found is None:
         return
     for r in found.records.values():
-        require(all(np.isfinite(v) and n in RESPONSES for n, v in r.responses.items()), "a response is no number")
-        require(r.run_id.encode() in data and r.status.encode() in data and r.error.isprintable(), "not what the file says")
+        require(
+            all(np.isfinite(v) and n in RESPONSES for n, v in r.responses.items()),
+            "a response is no number",
+        )
+        require(
+            r.run_id.encode() in data and r.status.encode() in data and r.error.isprintable(),
+            "not what the file says",
+        )
     if found.records:
         write_table(yard.path / "input.table", [r.request for r in found.records.values()])
         safe_table(yard.path / "input.table")
@@ -400,8 +526,11 @@ def summary(yard: Yard, data: bytes) -> None:
     path.write_bytes(data)
     found = ask(yard.space.summary)
     if found is not None:
-        require({**found, "seal": yard.summary["seal"]} == yard.summary, "an edited summary was believed")
-    requests = ask(lambda: workflow.verification_requests(yard.space))
+        require(
+            {**found, "seal": yard.summary["seal"]} == yard.summary,
+            "an edited summary was believed",
+        )
+    requests = ask(lambda: verification_requests(yard.space))
     require((requests is None) == (found is None), "a summary was half believed")
 
 
@@ -418,7 +547,10 @@ def failures(yard: Yard, data: bytes) -> None:
     found = ask(yard.space.runs.failures)
     if found is not None:
         for r in gather(yard.space.runs, yard.requests):
-            require(r.status in ("crash", "lost", "timeout") and r.error.isprintable(), "a strange failure")
+            require(
+                r.status in ("crash", "lost", "timeout") and r.error.isprintable(),
+                "a strange failure",
+            )
     (yard.space.path / "failures.json").unlink()
 
 
@@ -427,12 +559,17 @@ def _proposal(yard: Yard) -> dict[str, Any]:
     return {"kind": "explore", "chance": 0.5, "sentence": "a run", "requests": made}
 
 
-@kind(0.07, lambda yard: damaged_json([_proposal(yard)], _texts(yard)).map(lambda data: data.replace(b"\n", b" ") + b"\n"))
+@kind(
+    0.07,
+    lambda yard: damaged_json([_proposal(yard)], _texts(yard)).map(
+        lambda data: data.replace(b"\n", b" ") + b"\n"
+    ),
+)
 def proposals(yard: Yard, data: bytes) -> None:
     """Requests from the log of an adaptive design are data or refused."""
     path = yard.space.path / "proposals.jsonl"
     path.write_bytes(data)
-    found = ask(lambda: plan_runs.proposed(yard.space))
+    found = ask(lambda: proposed(yard.space))
     path.unlink()
     if found:
         write_table(yard.path / "input.table", found)
@@ -450,9 +587,18 @@ class Spell:
 
 
 def some_arrays(yard: Yard) -> list[bytes]:
-    """Curves as the scripts leave them, compressed and not, a single array, pickled objects, and a bare pickle."""
+    """Curves as the scripts leave them, compressed and not, a single array, pickled objects, and a
+    bare pickle.
+    """
     grains, line = np.full((4, 3), 0.01, "f4"), np.linspace(0, 1, 5)
-    good = {"filled": grains, "final": grains[:2], "time": line, "passed_mass": line, "profile_x": line, "profile_height": line}
+    good = {
+        "filled": grains,
+        "final": grains[:2],
+        "time": line,
+        "passed_mass": line,
+        "profile_x": line,
+        "profile_height": line,
+    }
     spell = np.array([Spell(yard.marks)], dtype=object)
     found = []
     for given in (good, {**good, "time": line[:2]}, {"a": spell}):
@@ -470,14 +616,19 @@ def curves(yard: Yard, data: bytes) -> None:
     """Arrays are numbers of the right shape, and nothing is unpickled."""
     path = yard.space.path / "records" / "input.npz"
     path.write_bytes(data)
-    findings = types.SimpleNamespace(space=types.SimpleNamespace(runs=types.SimpleNamespace(curves=lambda run_id: path)))
+    findings = types.SimpleNamespace(
+        space=types.SimpleNamespace(runs=types.SimpleNamespace(curves=lambda run_id: path))
+    )
     found = ask(lambda: arrays_of(findings, types.SimpleNamespace(run_id="input")))  # type: ignore[arg-type]
     for name in {"filled", "final"} & set(found or ()):
         require(found[name].shape[1:] == (3,), "not a list of centres")
 
 
 def _settings(yard: Yard) -> st.SearchStrategy[Any]:
-    return st.tuples(st.sampled_from(SETUPS), st.dictionaries(st.sampled_from([*PARAMETERS, "x", "setup"]), VALUES, max_size=4))
+    return st.tuples(
+        st.sampled_from(SETUPS),
+        st.dictionaries(st.sampled_from([*PARAMETERS, "x", "setup"]), VALUES, max_size=4),
+    )
 
 
 @kind(0.12, _settings)
@@ -487,7 +638,8 @@ def request(yard: Yard, given: tuple[str, dict[str, Any]]) -> None:
     made = ask(lambda: Request.of(setup, **values))
     if made is not None:
         for name, value in values.items():
-            require(made.value(name) == value, f"{name} became another value")  # an effect that is off is left out
+            # an effect that is off is left out
+            require(made.value(name) == value, f"{name} became another value")
         require(all(only_data(cell(n, v)) for n, v in made.parameters.items()), "code in a cell")
     for name, value in values.items():
         text = ask(lambda name=name, value=value: cell(name, value)) if name in PARAMETERS else None
@@ -496,11 +648,38 @@ def request(yard: Yard, given: tuple[str, dict[str, Any]]) -> None:
 
 def _arguments(yard: Yard) -> st.SearchStrategy[Any]:
     words = [w for w in [*_texts(yard), *TOML_VALUES] if len(w) < 1000]
-    verbs = ["check", "plan", "plan", "run", "collect", "verify", "validate", "report", "preflight", "diagnose", "calibrat"]
+    verbs = [
+        "check",
+        "plan",
+        "plan",
+        "run",
+        "collect",
+        "verify",
+        "validate",
+        "report",
+        "preflight",
+        "diagnose",
+        "calibrat",
+    ]
     names = ("input.toml", "input.toml", "toy.toml", "pipe", "loop", "zero", "folder", "lab.csv")
     cases = [*(str(yard.cases / n) for n in names), *words]
-    results = [str(yard.path / n) for n in ("out", "out", "secret.csv", "a b;c'd\"e", "new\nline", "caf\udce9")]
-    known = ["--fresh", "--verify-afresh", "--help", "--version", "--results", "-x", "--", "--yes", "--lab", "--engine", "--site"]
+    results = [
+        str(yard.path / n)
+        for n in ("out", "out", "secret.csv", "a b;c'd\"e", "new\nline", "caf\udce9")
+    ]
+    known = [
+        "--fresh",
+        "--verify-afresh",
+        "--help",
+        "--version",
+        "--results",
+        "-x",
+        "--",
+        "--yes",
+        "--lab",
+        "--engine",
+        "--site",
+    ]
     options = st.sampled_from([*known, *words])
     arguments = st.tuples(
         st.sampled_from([*verbs, *words]),
@@ -512,13 +691,17 @@ def _arguments(yard: Yard) -> st.SearchStrategy[Any]:
 
 
 def _leads_away(word: str) -> bool:
-    """Whether a results folder of that name would be made outside the yard, at the tester's own expense."""
+    """Whether a results folder of that name would be made outside the yard, at the tester's own
+    expense.
+    """
     return word.startswith(("/", "~", "..")) or not word
 
 
 @kind(0.05, _arguments)
 def command_line(yard: Yard, given: tuple[tuple[str, str, str], list[str], bytes | None]) -> None:
-    """Status 0, or status 2 (1) and one line; no file is left half-written, and none outside the results."""
+    """Status 0, or status 2 (1) and one line; no file is left half-written, and none outside the
+    results.
+    """
     (verb, case, results), options, contents = given
     (yard.cases / "input.toml").write_bytes(CASE.encode() if contents is None else contents)
     code, said = called([verb, case, "--results", results, *options], yard.path / "cwd")
@@ -532,9 +715,10 @@ def called(arguments: list[str], folder: Path) -> tuple[int, str]:
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="strict")
     err = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="backslashreplace")
     folder.mkdir(exist_ok=True)
-    before, path, command = os.getcwd(), os.environ["PATH"], workflow.yade_batch_command  # which `check` asks for
+    # which `check` asks for
+    before, path, command = os.getcwd(), os.environ["PATH"], local.yade_batch_command
     handler = signal.getsignal(signal.SIGTERM)
-    os.environ["PATH"], workflow.yade_batch_command = "/nowhere", lambda: ["true"]  # type: ignore[assignment]
+    os.environ["PATH"], local.yade_batch_command = "/nowhere", lambda: ["true"]  # type: ignore[assignment]
     os.chdir(folder)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -544,7 +728,7 @@ def called(arguments: list[str], folder: Path) -> tuple[int, str]:
                 code = int(end.code or 0)
     finally:
         os.chdir(before)
-        os.environ["PATH"], workflow.yade_batch_command = path, command
+        os.environ["PATH"], local.yade_batch_command = path, command
         signal.signal(signal.SIGTERM, handler)
     err.flush()
     return code, err.buffer.getvalue().decode()  # type: ignore[attr-defined]

@@ -1,22 +1,29 @@
-"""How often is the verdict right? Measurements in which an effect is hidden, from pools of real YADE runs.
+"""How often is the verdict right? Measurements in which an effect is hidden, from pools of real
+YADE runs.
 
-    calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv, grid/missing_effect.csv
-    python -m benchmarks.hidden_effect run [N [CLASS]]     carry out the pools (resumable), hours: grid/missing_effect_pools.csv;
-                                                           N runs of each instead of five, of classes whose label begins so
-                                                           or whose number it is
-    python -m benchmarks.hidden_effect                     judge them: benchmarks/results/hidden_effect.json
+    calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv,
+    grid/missing_effect.csv python -m benchmarks.hidden_effect run [N [CLASS]]     carry out the
+    pools (resumable), hours: grid/missing_effect_pools.csv;
+                                                           N runs of each instead of five, of
+                                                           classes whose label begins so or whose
+                                                           number it is
+    python -m benchmarks.hidden_effect                     judge them:
+    benchmarks/results/hidden_effect.json
 
-A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong amplitude, an effect outside the
-library, or a pair. What the bars are about (nothing, strong effects) has several truths. Its pool holds a few runs of every
-experiment, spare ones where some clog; a trial draws five of each as the replicates of a laboratory, and errors of metrology
-anew; a neck or a level that is slightly off shifts them along the surfaces' slopes. Pools are shared by the trials of a class,
-so intervals are bootstrapped by pool.
-Each class of a single effect is judged once more without that effect in the library. After a look at the first truths came, in
-`verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and that a control is not named; the
-scatter of runs with an effect and the design of these runs; and in the case the plausible sizes, what is dried and walls that
-are only smoother. The figures that count are those of truths that were judged for the first time after all that: each kind once,
-but for the control, strong effects and nothing hidden more often; `all_truths` has the earlier ones as well that have runs of
-every experiment. The fresh YADE runs by which `diagnose` can take a name back are not made here, so live it names less.
+A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong
+amplitude, an effect outside the library, or a pair. What the bars are about (nothing, strong
+effects) has several truths. Its pool holds a few runs of every experiment, spare ones where some
+clog; a trial draws five of each as the replicates of a laboratory, and errors of metrology anew; a
+neck or a level that is slightly off shifts them along the surfaces' slopes. Pools are shared by the
+trials of a class, so intervals are bootstrapped by pool. Each class of a single effect is judged
+once more without that effect in the library. After a look at the first truths came, in
+`verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and
+that a control is not named; the scatter of runs with an effect and the design of these runs; and in
+the case the plausible sizes, what is dried and walls that are only smoother. The figures that count
+are those of truths that were judged for the first time after all that: each kind once, but for the
+control, strong effects and nothing hidden more often; `all_truths` has the earlier ones as well
+that have runs of every experiment. The fresh YADE runs by which `diagnose` can take a name back are
+not made here, so live it names less.
 """
 
 import json
@@ -41,18 +48,21 @@ from benchmarks.hidden import (
     small_effects,
     truth_of,
 )
-from calibrator import experiments as ex
-from calibrator.case import Case, read_case
-from calibrator.cli import ProgressBar
-from calibrator.database import Database
-from calibrator.design import sobol
-from calibrator.discrepancy import Gap
-from calibrator.identification import Effect, Explanation, Measured, rivals
-from calibrator.preflight import powers
-from calibrator.runner import RunFolder, gather, run
-from calibrator.surface import Surfaces
-from calibrator.table import Request
-from calibrator.verdict import Verdict, judge, linear
+from calibrator.case.case import Case
+from calibrator.case.toml import read_case
+from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis import observed
+from calibrator.diagnosis.explanations import Effect, Explanation, Measured, rivals
+from calibrator.diagnosis.gap import Gap
+from calibrator.diagnosis.preflight import powers
+from calibrator.diagnosis.surfaces import Surfaces
+from calibrator.diagnosis.verdict import Verdict, judge, linear
+from calibrator.plan.design import sobol
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.local import run
+from calibrator.runs.request import Request
+from calibrator.terminal import ProgressBar
 
 REPO = Path(__file__).resolve().parent.parent
 CASE = REPO / "cases" / "missing_effect.toml"
@@ -62,10 +72,15 @@ AMPLITUDES = {"weak": 0.4, "middling": 0.8, "strong": 1.5}
 CONTROL = "twisting_stiffness"  # not expected to be identifiable: one class only
 PAIRS = (("bond_number", "neck_error"), ("clump_aspect", "tilt_deg"))
 NOTHING, MORE_NOTHING = 20, 20  # classes with nothing hidden, each with its own parameters
-ROUGH = 2.0  # wall friction ratio above the grains' own, which the case does not look for: the grains then slip on each other
-MORE_TRUTHS = 2  # of each strong effect, beside the first; one more of what is outside and of the pairs
-LATEST = ("bond_number", "neck_error", "clump_aspect")  # strong effects all of whose truths had been judged: two more of each
-# Truths that were judged for the first time when the case, its design and all rules were as they are now.
+# wall friction ratio above the grains' own, which the case does not look for: the grains then slip
+# on each other
+ROUGH = 2.0
+# of each strong effect, beside the first; one more of what is outside and of the pairs
+MORE_TRUTHS = 2
+# strong effects all of whose truths had been judged: two more of each
+LATEST = ("bond_number", "neck_error", "clump_aspect")
+# Truths that were judged for the first time when the case, its design and all rules were as they
+# are now.
 JUDGED_LAST = {*range(75, 81), *range(121, 154)}
 POOL = 10  # runs of every experiment in a pool, at most
 TRIALS = 10  # of a class
@@ -86,10 +101,12 @@ class Class:
 
 @dataclass(frozen=True)
 class Trial:
-    """What was hidden (size: amplitude of a single effect) in which pool, what was said, and by how much the gap closed.
+    """What was hidden (size: amplitude of a single effect) in which pool, what was said, and by how
+    much the gap closed.
 
-    best_chi2, naive, bic : names by simpler rules: the effect of lowest chi2 after a refit, the same only where chi2 rejects the
-    model at 5 %, and the one that lowers the Bayesian information criterion.
+    best_chi2, naive, bic : names by simpler rules: the effect of lowest chi2 after a refit, the
+    same only where chi2 rejects the model at 5 %, and the one that lowers the Bayesian information
+    criterion.
     """
 
     label: str
@@ -120,7 +137,9 @@ def classes(case: Case) -> list[Class]:
 def _first(case: Case) -> list[tuple[str, str, dict[str, float]]]:
     """Label, strength and what is hidden: one truth of everything, many of nothing."""
     effects = ex.library(case)
-    wanted: list[tuple[str, str, dict[str, float]]] = [(f"nothing {i + 1}", "none", {}) for i in range(NOTHING)]
+    wanted: list[tuple[str, str, dict[str, float]]] = [
+        (f"nothing {i + 1}", "none", {}) for i in range(NOTHING)
+    ]
     for i, effect in enumerate(effects):
         for j, strength in enumerate(AMPLITUDES):
             if effect.name != CONTROL or strength == "strong":
@@ -134,12 +153,16 @@ def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
     named = [e for e in effects if e.name != CONTROL]
     wanted: list[tuple[str, str, dict[str, float]]] = []
     for turn in range(MORE_TRUTHS):
-        wanted += [(e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(named)]
+        wanted += [
+            (e.name, "strong", _hidden(e, "strong", i + turn + 3)) for i, e in enumerate(named)
+        ]
     wanted += _outside_and_pairs(effects, [*OUTSIDE, "vibration"])
     wanted += [(f"nothing {NOTHING + i + 1}", "none", {}) for i in range(MORE_NOTHING)]
     wanted.append(("wall_friction_ratio", "rough", {"wall_friction_ratio": ROUGH}))
     for turn in range(MORE_TRUTHS):
-        wanted += [(e.name, "strong", _hidden(e, "strong", turn)) for e in effects if e.name in LATEST]
+        wanted += [
+            (e.name, "strong", _hidden(e, "strong", turn)) for e in effects if e.name in LATEST
+        ]
     wanted += _outside_and_pairs(effects, list(OUTSIDE))
     for j, strength in enumerate(("strong", "weak", "middling")):
         wanted += [(e.name, strength, _hidden(e, strength, i + j)) for i, e in enumerate(named)]
@@ -152,12 +175,25 @@ def _further(case: Case) -> list[tuple[str, str, dict[str, float]]]:
 def _hidden(effect: Effect, strength: str, parity: int) -> dict[str, float]:
     """An effect at a strength; negative where parity is odd and the effect can be."""
     size = AMPLITUDES[strength]
-    return {effect.name: ex.column_value(effect, -size if parity % 2 and effect.bounds[0] <= -size else size)}
+    return {
+        effect.name: ex.column_value(
+            effect, -size if parity % 2 and effect.bounds[0] <= -size else size
+        )
+    }
 
 
-def _outside_and_pairs(effects: Sequence[Effect], outside: Sequence[str]) -> list[tuple[str, str, dict[str, float]]]:
+def _outside_and_pairs(
+    effects: Sequence[Effect], outside: Sequence[str]
+) -> list[tuple[str, str, dict[str, float]]]:
     by_name = {e.name: e for e in effects}
-    pairs = [(" and ".join(two), "pair", {n: ex.column_value(by_name[n], AMPLITUDES["strong"]) for n in two}) for two in PAIRS]
+    pairs = [
+        (
+            " and ".join(two),
+            "pair",
+            {n: ex.column_value(by_name[n], AMPLITUDES["strong"]) for n in two},
+        )
+        for two in PAIRS
+    ]
     return [*((name, "outside", {name: 1.0}) for name in outside), *pairs]
 
 
@@ -177,19 +213,25 @@ def library(case: Case, database: Database, withheld: str = "") -> Judged:
     found = ex.experiments(case, case.observables)
     points = sobol(case.problem, case.diagnosis.sets)
     plain = [database.find(own) for own in ex.plain_requests(case, found, points)]
-    changes = [database.find(own) for own in ex.change_requests(case, found, ex.library(case), points)]
+    changes = [
+        database.find(own) for own in ex.change_requests(case, found, ex.library(case), points)
+    ]
     if withheld:
         changes = [[r for r in own if withheld not in r.request.parameters] for own in changes]
-    surfaces = ex.surfaces(case, found, effects, plain, changes)
+    surfaces = observed.surfaces(case, found, effects, plain, changes)
     ordered = ex.in_order(case.observables, found)
-    kept, _ = ex.distinct(ordered, surfaces)
+    kept, _ = observed.distinct(ordered, surfaces)
     used = np.array([i for i in kept if ordered[i].role != "held_out"])
     held = np.array([i for i, o in enumerate(ordered) if o.role == "held_out"])
     return Judged(effects, surfaces, used, held)
 
 
-def measurements(case: Case, pool: list[np.ndarray], judged: Judged, rng: np.random.Generator) -> Measured:
-    """One laboratory: replicates of every experiment from its pool (runs, n), and errors of metrology."""
+def measurements(
+    case: Case, pool: list[np.ndarray], judged: Judged, rng: np.random.Generator
+) -> Measured:
+    """One laboratory: replicates of every experiment from its pool (runs, n), and errors of
+    metrology.
+    """
     found = ex.experiments(case, case.observables)
     ordered = ex.in_order(case.observables, found)
     values = np.hstack([own[rng.choice(len(own), REPLICATES, replace=False)] for own in pool])
@@ -200,12 +242,25 @@ def measurements(case: Case, pool: list[np.ndarray], judged: Judged, rng: np.ran
     nuisances = [n for n in case.nuisances if not n.effect or n.effect in names]
     reported = read_off(ordered, values, nuisances, draws)
     small = small_effects(nuisances, draws)
-    shift = sum((slopes[:, names.index(n)] * v / judged.effects[names.index(n)].scale for n, v in small.items()), 0.0)
-    found_errors = ex.measured(reported, nuisances, judged.surfaces, slopes, judged.effects)
+    shift = sum(
+        (
+            slopes[:, names.index(n)] * v / judged.effects[names.index(n)].scale
+            for n, v in small.items()
+        ),
+        0.0,
+    )
+    found_errors = observed.measured(reported, nuisances, judged.surfaces, slopes, judged.effects)
     return replace(found_errors, values=found_errors.values + shift)
 
 
-def trial(case: Case, one: Class, pool: list[np.ndarray], judged: Judged, withheld: bool, rng: np.random.Generator) -> Trial:
+def trial(
+    case: Case,
+    one: Class,
+    pool: list[np.ndarray],
+    judged: Judged,
+    withheld: bool,
+    rng: np.random.Generator,
+) -> Trial:
     """Judge one laboratory, and what simpler rules would have said."""
     everything = measurements(case, pool, judged, rng)
     measured = everything.only(judged.used)
@@ -245,31 +300,48 @@ def closed(
     single: Sequence[Explanation],
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Closed share of the gap on data used and held out, by the named effect, the runner-up and a ghost."""
+    """Closed share of the gap on data used and held out, by the named effect, the runner-up and a
+    ghost.
+    """
     rank = sorted(single, key=lambda fit: fit.chi2)
     runner_up = next(fit for fit in rank if fit.effects != best.effects)
     models, found = {"none": none, "best": best, "next": runner_up}, {}
     for what, index in (("used", judged.used), ("held_out", judged.held)):
-        error = standard_errors(judged, measured, none, index)  # the same for all, or a larger error would pass for a smaller gap
+        # the same for all, or a larger error would pass for a smaller gap
+        error = standard_errors(judged, measured, none, index)
         z = {name: residuals(judged, measured, fit, index) / error for name, fit in models.items()}
-        floor = 1.0 if what == "held_out" else float(np.sqrt((len(index) - judged.surfaces.dimensions) / len(index)))
+        floor = (
+            1.0
+            if what == "held_out"
+            else float(np.sqrt((len(index) - judged.surfaces.dimensions) / len(index)))
+        )
         before = rms(z["none"])
         found[f"{what}_before"], found[f"{what}_after"] = before, rms(z["best"])
         found[f"{what}_closed"] = Gap(before, rms(z["best"]), floor).closed
         found[f"{what}_runner_up"] = Gap(before, rms(z["next"]), floor).closed
-        ghost = np.mean([Gap(before, rms(ghosted(z["none"], rng)), floor).closed for _ in range(20)])
+        ghost = np.mean(
+            [Gap(before, rms(ghosted(z["none"], rng)), floor).closed for _ in range(20)]
+        )
         found[f"{what}_ghost"] = float(ghost)
     return found
 
 
-def residuals(judged: Judged, measured: Measured, fit: Explanation, index: np.ndarray) -> np.ndarray:
+def residuals(
+    judged: Judged, measured: Measured, fit: Explanation, index: np.ndarray
+) -> np.ndarray:
     """Measurements at index minus what an explanation predicts."""
     return np.asarray((measured.values - judged.surfaces.mean(fit.unit, fit.amplitude)[0])[index])
 
 
-def standard_errors(judged: Judged, measured: Measured, fit: Explanation, index: np.ndarray) -> np.ndarray:
+def standard_errors(
+    judged: Judged, measured: Measured, fit: Explanation, index: np.ndarray
+) -> np.ndarray:
     """Errors of measurements and surfaces at index."""
-    return np.asarray(np.sqrt(np.diag(measured.covariance + judged.surfaces.error(fit.unit, fit.amplitude)))[index])
+    return np.asarray(
+        np.sqrt(np.diag(measured.covariance + judged.surfaces.error(fit.unit, fit.amplitude)))[
+            index
+        ]
+    )
 
 
 def ghosted(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -295,9 +367,20 @@ def wilson(count: int, total: int) -> tuple[float, float]:
 
 
 def true_size(case: Case, one: Class) -> float:
-    """Amplitude of the hidden effect in plausible scales; nan where it is not exactly one of the library."""
-    sizes = [(value, e) for name, value in one.truth["hidden"].items() for e in ex.library(case) if e.name == name]
-    return (sizes[0][0] - ex.column_value(sizes[0][1], 0.0)) / sizes[0][1].scale if len(sizes) == 1 else float("nan")
+    """Amplitude of the hidden effect in plausible scales; nan where it is not exactly one of the
+    library.
+    """
+    sizes = [
+        (value, e)
+        for name, value in one.truth["hidden"].items()
+        for e in ex.library(case)
+        if e.name == name
+    ]
+    return (
+        (sizes[0][0] - ex.column_value(sizes[0][1], 0.0)) / sizes[0][1].scale
+        if len(sizes) == 1
+        else float("nan")
+    )
 
 
 def prints_names(t: Trial) -> bool:
@@ -315,13 +398,18 @@ def is_part(t: Trial) -> bool:
     return prints_names(t) and set(t.verdict.effects) <= set(t.hidden)
 
 
-def by_pool(trials: Sequence[Trial], value: Callable[[Sequence[Trial]], float]) -> tuple[float, float]:
+def by_pool(
+    trials: Sequence[Trial], value: Callable[[Sequence[Trial]], float]
+) -> tuple[float, float]:
     """95 % interval of a statistic, resampling whole pools."""
     rng, pools = np.random.default_rng(1), {}
     for t in trials:
         pools.setdefault(t.pool, []).append(t)
     groups = list(pools.values())
-    drawn = [value([t for i in rng.integers(len(groups), size=len(groups)) for t in groups[i]]) for _ in range(BOOTSTRAPS)]
+    drawn = [
+        value([t for i in rng.integers(len(groups), size=len(groups)) for t in groups[i]])
+        for _ in range(BOOTSTRAPS)
+    ]
     return float(np.nanquantile(drawn, 0.025)), float(np.nanquantile(drawn, 0.975))
 
 
@@ -342,14 +430,20 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
     return {
         "false_alarm_rate": alarms / max(len(nothing), 1),
         "false_alarm_upper95": wilson(alarms, len(nothing))[1],
-        "false_alarm_interval_by_pool": by_pool(nothing, lambda own: float(np.mean([t.verdict.kind != "no gap" for t in own]))),
+        "false_alarm_interval_by_pool": by_pool(
+            nothing, lambda own: float(np.mean([t.verdict.kind != "no gap" for t in own]))
+        ),
         "name_precision_in_library": true_names / max(len(printed), 1),
         "name_precision_interval": wilson(true_names, len(printed)),
         "name_precision_if_part_counts": share(printed, is_part, lambda t: True),
         "strong_named_rate": share(strong, is_right, lambda t: True),
         "strong_named_interval": wilson(sum(map(is_right, strong)), len(strong)),
-        "strong_named_interval_by_pool": by_pool(strong, lambda own: float(np.mean([is_right(t) for t in own]))),
-        "pairs_named_rate": share([t for t in whole if t.strength == "pair"], is_right, lambda t: True),
+        "strong_named_interval_by_pool": by_pool(
+            strong, lambda own: float(np.mean([is_right(t) for t in own]))
+        ),
+        "pairs_named_rate": share(
+            [t for t in whole if t.strength == "pair"], is_right, lambda t: True
+        ),
         "outside_wrongly_named_rate": wrong_names / max(len(outside), 1),
         "outside_wrongly_named_interval": wilson(wrong_names, len(outside)),
         "set_coverage": sum(covered(t) for t in detected) / max(len(detected), 1),
@@ -363,8 +457,12 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
         "used_gap_closed_median": median(correct, "used_closed"),
         "used_gap_closed_ci95": by_pool(correct, lambda own: median(own, "used_closed")),
         "best_chi2_precision": share(single, lambda t: t.best_chi2 == t.label, lambda t: True),
-        "naive_best_chi2_precision": share(single, lambda t: t.naive == t.label, lambda t: t.naive != "none"),
-        "naive_best_chi2_false_alarm_rate": share(nothing, lambda t: t.naive != "none", lambda t: True),
+        "naive_best_chi2_precision": share(
+            single, lambda t: t.naive == t.label, lambda t: t.naive != "none"
+        ),
+        "naive_best_chi2_false_alarm_rate": share(
+            nothing, lambda t: t.naive != "none", lambda t: True
+        ),
         "bic_precision": share(single, lambda t: t.bic == t.label, lambda t: t.bic != "none"),
         "bic_false_alarm_rate": share(nothing, lambda t: t.bic != "none", lambda t: True),
         "bic_outside_named_rate": share(outside, lambda t: t.bic != "none", lambda t: True),
@@ -373,11 +471,16 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
 
 
 def covered(t: Trial) -> bool:
-    """Whether the truth is in what was printed; `unknown` prints no effect of the library, so it leaves the truth out."""
+    """Whether the truth is in what was printed;
+
+    `unknown` prints no effect of the library, so it leaves the truth out.
+    """
     return t.label in t.verdict.effects
 
 
-def share(trials: Sequence[Trial], good: Callable[[Trial], bool], among: Callable[[Trial], bool]) -> float:
+def share(
+    trials: Sequence[Trial], good: Callable[[Trial], bool], among: Callable[[Trial], bool]
+) -> float:
     """Share of good ones among those that count."""
     counted = [t for t in trials if among(t)]
     return sum(map(good, counted)) / max(len(counted), 1)
@@ -401,41 +504,74 @@ def matrix(trials: Sequence[Trial]) -> dict[str, dict[str, int]]:
 def amplitudes(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     """True and recovered amplitudes of the effects named rightly, in plausible scales."""
     return [
-        {"effect": t.label, "strength": t.strength, "true": t.size, "found": t.amplitude[0], "error": t.amplitude[1]}
+        {
+            "effect": t.label,
+            "strength": t.strength,
+            "true": t.size,
+            "found": t.amplitude[0],
+            "error": t.amplitude[1],
+        }
         for t in trials
         if t.amplitude is not None and is_right(t)
     ]
 
 
 def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
-    """What each effect must be to be seen and named, at the centre of the box, beside the strong amplitude of the classes."""
+    """What each effect must be to be seen and named, at the centre of the box, beside the strong
+    amplitude of the classes.
+    """
     centre, none = np.full(judged.surfaces.dimensions, 0.5), np.zeros(len(judged.effects))
     values = judged.surfaces.mean(centre, none)[0]
     ordered = ex.in_order(case.observables, ex.experiments(case, case.observables))
-    imagined = [replace(o, value=float(v), scatter=0.0, replicates=REPLICATES) for o, v in zip(ordered, values, strict=True)]
+    imagined = [
+        replace(o, value=float(v), scatter=0.0, replicates=REPLICATES)
+        for o, v in zip(ordered, values, strict=True)
+    ]
     slopes = judged.surfaces.jacobian(centre, none)[:, judged.surfaces.dimensions :]
-    measured = ex.measured(imagined, case.nuisances, judged.surfaces, slopes, judged.effects).only(judged.used)
+    measured = observed.measured(
+        imagined, case.nuisances, judged.surfaces, slopes, judged.effects
+    ).only(judged.used)
     picture = linear(judged.surfaces, measured, judged.effects, judged.used)
-    return [{**own, "strong": AMPLITUDES["strong"] * own["scale"]} for own in powers(judged.effects, picture)]
+    return [
+        {**own, "strong": AMPLITUDES["strong"] * own["scale"]}
+        for own in powers(judged.effects, picture)
+    ]
 
 
 def figures(trials: Sequence[Trial]) -> dict[str, Any]:
     """Rates, what was said by what was hidden, and amplitudes."""
     pools = len({t.pool for t in trials})
-    return {**rates(trials), "confusion": matrix(trials), "amplitudes": amplitudes(trials), "pools": pools}
+    return {
+        **rates(trials),
+        "confusion": matrix(trials),
+        "amplitudes": amplitudes(trials),
+        "pools": pools,
+    }
 
 
 def carry_out(case: Case, one: Class, most: int, there: Database) -> None:
-    """The first runs of a pool that are not there yet, then spare ones where some clog or throw a grain off."""
+    """The first runs of a pool that are not there yet, then spare ones where some clog or throw a
+    grain off.
+    """
     found = ex.experiments(case, case.observables)
     counts, before = [most] * len(found), [0] * len(found)
     while counts != before:
         asked = [own[:n] for own, n in zip(one.requests, counts, strict=True)]
         todo = [r for own in asked for r in own if not there.find([r])]
-        have = Database([*there.find([r for own in asked for r in own]), *run(FOLDER, todo, report=ProgressBar(sys.stderr))])
-        good = [len(ex.values_of(e, have.find(own))) for e, own in zip(found, asked, strict=True)]
+        have = Database(
+            [
+                *there.find([r for own in asked for r in own]),
+                *run(FOLDER, todo, report=ProgressBar(sys.stderr)),
+            ]
+        )
+        good = [
+            len(observed.values_of(e, have.find(own))) for e, own in zip(found, asked, strict=True)
+        ]
         spare = [max(min(most, REPLICATES) - n, 0) for n in good]
-        before, counts = counts, [min(n + more, POOL) for n, more in zip(counts, spare, strict=True)]
+        before, counts = (
+            counts,
+            [min(n + more, POOL) for n, more in zip(counts, spare, strict=True)],
+        )
 
 
 def main() -> None:
@@ -450,10 +586,14 @@ def main() -> None:
         chosen = [c for c in everything if c.label.startswith(label) or str(c.index) == label]
         if not chosen:
             labels = ", ".join(sorted({c.label for c in everything}))
-            sys.exit(f"no class has the number {label} or a label that begins so: give one of {labels}")
+            sys.exit(
+                f"no class has the number {label} or a label that begins so: give one of {labels}"
+            )
         for one in chosen:
             carry_out(case, one, most, there)
-    pools = Database({r.run_id: r for r in [*there.records.values(), *gather(FOLDER, asked)]}.values())
+    pools = Database(
+        {r.run_id: r for r in [*there.records.values(), *gather(FOLDER, asked)]}.values()
+    )
     if not len(pools) or (what != "run" and not SHIPPED.exists()):
         sys.exit("no runs to judge: see the commands at the top of this file")
     pools.write(POOLS, "python -m benchmarks.hidden_effect run")
@@ -462,20 +602,32 @@ def main() -> None:
     shipped = Database.read(SHIPPED)
     trials = judged_trials(case, everything, pools, shipped)
     last = [t for t in trials if t.pool in JUDGED_LAST]
-    results = {**figures(last), "all_truths": figures(trials), "smallest": smallest(case, library(case, shipped))}
+    results = {
+        **figures(last),
+        "all_truths": figures(trials),
+        "smallest": smallest(case, library(case, shipped)),
+    }
     # a median over no trial is none, and JSON has no NaN
     write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
 
 
-def judged_trials(case: Case, everything: Sequence[Class], pools: Database, database: Database) -> list[Trial]:
-    """All trials; a class whose pool is too small, as most of its runs clog, is left out and said so."""
+def judged_trials(
+    case: Case, everything: Sequence[Class], pools: Database, database: Database
+) -> list[Trial]:
+    """All trials; a class whose pool is too small, as most of its runs clog, is left out and said
+    so.
+    """
     whole, trials = library(case, database), []
     found = ex.experiments(case, case.observables)
     for index, one in enumerate(everything):
-        pool = [ex.values_of(e, pools.find(own)) for e, own in zip(found, one.requests, strict=True)]
+        pool = [
+            observed.values_of(e, pools.find(own))
+            for e, own in zip(found, one.requests, strict=True)
+        ]
         if min(map(len, pool)) < REPLICATES:
             print(
-                f"{one.label}, {one.strength}: only {min(map(len, pool))} complete runs of an experiment, left out",
+                f"{one.label}, {one.strength}: only {min(map(len, pool))} complete runs of an"
+                " experiment, left out",
                 file=sys.stderr,
             )
             continue
@@ -484,7 +636,12 @@ def judged_trials(case: Case, everything: Sequence[Class], pools: Database, data
         if one.strength in ("middling", "strong") and one.label != CONTROL:
             without = library(case, database, one.label)
             trials += [trial(case, one, pool, without, True, rng) for _ in range(TRIALS // 4)]
-        print(one.label, one.strength, dict(Counter(t.verdict.said for t in trials if t.label == one.label)), file=sys.stderr)
+        print(
+            one.label,
+            one.strength,
+            dict(Counter(t.verdict.said for t in trials if t.label == one.label)),
+            file=sys.stderr,
+        )
     return trials
 
 

@@ -1,9 +1,11 @@
-"""The reference paper's Table 8 on YADE: its individuals A-D in the full-scale ledge, three seeds each.
+"""The reference paper's Table 8 on YADE: its individuals A-D in the full-scale ledge, three seeds
+each.
 
     .venv/bin/python benchmarks/ledge_full_scale.py          about 60 core-minutes, resumable
     .venv/bin/python benchmarks/ledge_full_scale.py D C      only these individuals
 
-Writes grid/ledge_full_scale.csv (the runs) and benchmarks/results/ledge_full_scale.json (angles beside the paper's).
+Writes grid/ledge_full_scale.csv (the runs) and benchmarks/results/ledge_full_scale.json (angles
+beside the paper's).
 """
 
 import json
@@ -12,20 +14,28 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrator.cli import ProgressBar
-from calibrator.database import Database
-from calibrator.runner import RunFolder, run
-from calibrator.table import Request
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.local import run
+from calibrator.runs.request import Request
+from calibrator.terminal import ProgressBar
 
 REPO = Path(__file__).resolve().parent.parent
-# Table 6 of the paper (rolling friction, sliding friction, radius, density, Young's modulus) and its ledge angle of Table 8
+# Table 6 of the paper (rolling friction, sliding friction, radius, density, Young's modulus) and
+# its ledge angle of Table 8
 INDIVIDUALS = {
     "A": ((0.429, 0.351, 0.4e-3, 2712.16, 4.96e7), 35.65),
     "B": ((0.395, 0.377, 0.4e-3, 2741.0, 3.47e7), 35.59),
     "C": ((0.361, 0.403, 0.4e-3, 2770.0, 1.98e7), 34.96),
     "D": ((0.327, 0.429, 0.4e-3, 2800.0, 5e6), 35.79),
 }
-NAMES = ("rolling_friction", "sliding_friction", "particle_radius", "particle_density", "young_modulus")
+NAMES = (
+    "rolling_friction",
+    "sliding_friction",
+    "particle_radius",
+    "particle_density",
+    "young_modulus",
+)
 BOX = dict(
     box_length=16e-3,
     box_width=3.2e-3,
@@ -39,7 +49,9 @@ SEEDS = (810_001, 810_002, 810_003)
 
 
 def requests(label: str) -> list[Request]:
-    """The replicates of one individual, with the numerics of the time they were first made: 20 % of the Rayleigh time."""
+    """The replicates of one individual, with the numerics of the time they were first made: 20 % of
+    the Rayleigh time.
+    """
     values = dict(zip(NAMES, INDIVIDUALS[label][0], strict=True))
     return [Request.of("ledge", **values, **BOX, seed=seed) for seed in SEEDS]
 
@@ -52,7 +64,9 @@ def main() -> None:
         [r for own in asked.values() for r in own],
         report=ProgressBar(sys.stderr),
     )
-    Database(records).write(REPO / "grid" / "ledge_full_scale.csv", "benchmarks/ledge_full_scale.py")
+    Database(records).write(
+        REPO / "grid" / "ledge_full_scale.csv", "benchmarks/ledge_full_scale.py"
+    )
     by_id = {r.run_id: r for r in records if r.status == "ok"}
     found = {"measured": MEASURED}
     for label, own in asked.items():

@@ -1,7 +1,9 @@
-"""The hourglass in LIGGGHTS, done the plain way: an oracle for the cost and the physics, never a dependency.
+"""The hourglass in LIGGGHTS, done the plain way: an oracle for the cost and the physics, never a
+dependency.
 
-Loose cloud, settle to the rest threshold, open, settle to the rest threshold. Same grains (the same seeded cloud), same
-vessel, same contact law (Hertz-Mindlin, elastic-plastic rolling resistance epsd2), a step of 20 % of the Rayleigh time.
+Loose cloud, settle to the rest threshold, open, settle to the rest threshold. Same grains (the same
+seeded cloud), same vessel, same contact law (Hertz-Mindlin, elastic-plastic rolling resistance
+epsd2), a step of 20 % of the Rayleigh time.
 """
 
 import math
@@ -13,8 +15,8 @@ import numpy as np
 import packing
 
 from benchmarks.dem import core_seconds
-from calibrator.objectives import rayleigh_time
-from calibrator.table import Request
+from calibrator.case.physics import rayleigh_time
+from calibrator.runs.request import Request
 
 INPUT = """
 atom_style granular
@@ -69,24 +71,40 @@ def write_facets(path: Path, triangles: list) -> None:
     """ASCII STL."""
     lines = ["solid s"]
     for a, b, c in triangles:
-        lines += ["facet normal 0 0 1", "outer loop", *(f"vertex {v[0]:.9g} {v[1]:.9g} {v[2]:.9g}" for v in (a, b, c))]
+        lines += [
+            "facet normal 0 0 1",
+            "outer loop",
+            *(f"vertex {v[0]:.9g} {v[1]:.9g} {v[2]:.9g}" for v in (a, b, c)),
+        ]
         lines += ["endloop", "endfacet"]
     path.write_text("\n".join([*lines, "endsolid s"]) + "\n")
 
 
 def cloud(p: dict, mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and velocities (n, 3) that yade_scripts/hourglass.py would start from: the same random numbers."""
+    """Centres and velocities (n, 3) that yade_scripts/hourglass.py would start from: the same
+    random numbers.
+    """
     rng = np.random.default_rng(p["seed"])
     centres = packing.cloud_in_cylinder(p, round(p["fill_mass"] / mass), p["particle_radius"], rng)
     random_speed = 0.5 * (9.81 * 2 * p["particle_radius"]) ** 0.5
     return centres, rng.normal(0, random_speed, centres.shape) - (0, 0, p["pouring_velocity"])
 
 
-def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndarray, dt: float) -> None:
+def write_inputs(
+    folder: Path, p: dict, centres: np.ndarray, velocities: np.ndarray, dt: float
+) -> None:
     """Everything that LIGGGHTS reads, for parameters p under the project's names."""
-    cylinder, neck, radius = p["cylinder_diameter"] / 2, p["neck_diameter"] / 2, p["particle_radius"]
+    cylinder, neck, radius = (
+        p["cylinder_diameter"] / 2,
+        p["neck_diameter"] / 2,
+        p["particle_radius"],
+    )
     inner, outer = packing.ring(neck, 0.0), packing.ring(cylinder * 1.05, 0.0)
-    flat = [t for i in range(32) for t in ((inner[i - 1], inner[i], outer[i]), (inner[i - 1], outer[i], outer[i - 1]))]
+    flat = [
+        t
+        for i in range(32)
+        for t in ((inner[i - 1], inner[i], outer[i]), (inner[i - 1], outer[i], outer[i - 1]))
+    ]
     write_facets(folder / "annulus.stl", flat)
     write_facets(folder / "disk.stl", [((0, 0, 0), inner[i - 1], inner[i]) for i in range(32)])
     half, top = cylinder * 1.2, centres[:, 2].max() + 20 * radius
@@ -95,7 +113,9 @@ def write_inputs(folder: Path, p: dict, centres: np.ndarray, velocities: np.ndar
     speeds = [f"{i} {u:.10g} {v:.10g} {w:.10g} 0 0 0" for i, (u, v, w) in enumerate(velocities, 1)]
     sides = f"{-half} {half} xlo xhi\n{-half} {half} ylo yhi\n{-4 * radius} {top} zlo zhi\n"
     head = f"grains\n\n{len(centres)} atoms\n2 atom types\n{sides}"
-    (folder / "grains.lmp").write_text("\n".join([head, "Atoms\n", *rows, "", "Velocities\n", *speeds]) + "\n")
+    (folder / "grains.lmp").write_text(
+        "\n".join([head, "Atoms\n", *rows, "", "Velocities\n", *speeds]) + "\n"
+    )
     (folder / "in.hourglass").write_text(
         INPUT.format(
             skin=0.4 * radius,
@@ -129,7 +149,11 @@ def read_centres(path: Path) -> np.ndarray:
 
 def responses(p: dict, mass: float, filled: np.ndarray, final: np.ndarray) -> dict:
     """Density, residual fraction and equivalent angle, scanned as in yade_scripts/hourglass.py."""
-    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    radius, cylinder, neck = (
+        p["particle_radius"],
+        p["cylinder_diameter"] / 2,
+        p["neck_diameter"] / 2,
+    )
     x, y, height = measure.height_map(filled, radius, cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
     share = np.pi * cylinder**2 / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
@@ -137,24 +161,36 @@ def responses(p: dict, mass: float, filled: np.ndarray, final: np.ndarray) -> di
     return {
         "bulk_density": density,
         "residual_fraction": len(final) / len(filled),
-        "drained_equivalent_angle_deg": measure.crater_angle_from_volume(len(final) * mass / density, cylinder, neck),
+        "drained_equivalent_angle_deg": measure.crater_angle_from_volume(
+            len(final) * mass / density, cylinder, neck
+        ),
     }
 
 
 def run_liggghts(folder: Path, parameters: dict) -> dict:
-    """One hourglass in LIGGGHTS: core-seconds, steps, particle-steps and responses. Raises RuntimeError where it fails."""
+    """One hourglass in LIGGGHTS: core-seconds, steps, particle-steps and responses.
+
+    Raises RuntimeError where it fails.
+    """
     p = Request.of("hourglass", **parameters).parameters
     mass = 4 / 3 * math.pi * p["particle_radius"] ** 3 * p["particle_density"]
     folder.mkdir(parents=True, exist_ok=True)
-    dt = 0.2 * float(rayleigh_time({n: np.array(v) for n, v in p.items() if not isinstance(v, str)}))
+    dt = 0.2 * float(
+        rayleigh_time({n: np.array(v) for n, v in p.items() if not isinstance(v, str)})
+    )
     write_inputs(folder, p, *cloud(p, mass), dt)
     seconds = core_seconds(["liggghts", "-in", "in.hourglass"], folder)
     output = (folder / "output.txt").read_text(errors="replace")
-    steps = {word: int(re.search(rf"^{word} (\d+)", output, re.MULTILINE).group(1)) for word in ("FILLED", "RESTED")}
+    steps = {
+        word: int(re.search(rf"^{word} (\d+)", output, re.MULTILINE).group(1))
+        for word in ("FILLED", "RESTED")
+    }
     return {
         "core_seconds": seconds,
         "filling_steps": steps["FILLED"],
         "steps": steps["RESTED"],
         "particle_steps": particle_steps(output),
-        "responses": responses(p, mass, read_centres(folder / "filled.dump"), read_centres(folder / "final.dump")),
+        "responses": responses(
+            p, mass, read_centres(folder / "filled.dump"), read_centres(folder / "final.dump")
+        ),
     }

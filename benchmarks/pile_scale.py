@@ -1,10 +1,11 @@
 """What a smaller heap changes: the reference paper's individual D in piles of growing size.
 
-    python -m benchmarks.pile_scale     compares the runs of grid/pile_scale.csv, and makes those that it lacks (half a core-hour
-                                        in all); writes it and benchmarks/results/pile_scale.json
+    python -m benchmarks.pile_scale     compares the runs of grid/pile_scale.csv, and makes those
+                                        that it lacks (half a core-hour in all); writes it and
+                                        benchmarks/results/pile_scale.json
 
-The cylinder is filled as high as it is wide, as in the reduced case, whose pile is the middle size. The paper's own is 32 mm
-wide and filled to 20 mm.
+The cylinder is filled as high as it is wide, as in the reduced case, whose pile is the middle size.
+The paper's own is 32 mm wide and filled to 20 mm.
 """
 
 from pathlib import Path
@@ -12,14 +13,20 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.common import shipped_or_run, write
-from calibrator.case import read_case
-from calibrator.runner import RunFolder
-from calibrator.table import Request
+from calibrator.case.toml import read_case
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.request import Request
 
 REPO = Path(__file__).resolve().parent.parent
 FOLDER = RunFolder(REPO / "results" / "pile_scale")
 SHIPPED = REPO / "grid" / "pile_scale.csv"
-GRAINS = dict(rolling_friction=0.327, sliding_friction=0.429, particle_radius=0.4e-3, particle_density=2800.0, young_modulus=5e6)
+GRAINS = dict(
+    rolling_friction=0.327,
+    sliding_friction=0.429,
+    particle_radius=0.4e-3,
+    particle_density=2800.0,
+    young_modulus=5e6,
+)
 SEEDS = {8e-3: 3, 12e-3: 3, 16e-3: 2}  # by diameter of the cylinder [m]
 FIRST_SEED = 840_001
 RESPONSES = ("pile_angle_of_repose_deg", "pile_equivalent_angle_deg", "bulk_density")
@@ -29,7 +36,10 @@ def requests(diameter: float) -> list[Request]:
     """The runs of one size."""
     shape = read_case(REPO / "cases" / "quartz_sand_reduced.toml").problem.setups["conical_pile"]
     size = {**shape, "cylinder_diameter": diameter, "fill_height": diameter}
-    return [Request.of("conical_pile", **{**GRAINS, **size, "seed": FIRST_SEED + i}) for i in range(SEEDS[diameter])]
+    return [
+        Request.of("conical_pile", **{**GRAINS, **size, "seed": FIRST_SEED + i})
+        for i in range(SEEDS[diameter])
+    ]
 
 
 def main() -> None:
@@ -44,9 +54,18 @@ def main() -> None:
         found[f"{diameter * 1e3:g} mm"] = {
             "runs": len(there),
             "grains": int(np.mean([r.diagnostics["particles"] for r in there])),
-            **{n: {"mean": float(v.mean()), "standard_error": float(v.std(ddof=1) / np.sqrt(len(v)))} for n, v in sizes.items()},
+            **{
+                n: {
+                    "mean": float(v.mean()),
+                    "standard_error": float(v.std(ddof=1) / np.sqrt(len(v))),
+                }
+                for n, v in sizes.items()
+            },
         }
-    write("pile_scale", {"paper": {"diameter": 32e-3, "pile_angle_of_repose_deg": 33.17}, "sizes": found})
+    write(
+        "pile_scale",
+        {"paper": {"diameter": 32e-3, "pile_angle_of_repose_deg": 33.17}, "sizes": found},
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""Particle-steps a second and core on the shipped runs: the constant of the cost model (calibrator/cost.py).
+"""Particle-steps a second and core on the shipped runs: the constant of the cost model
+(calibrator/cost.py).
 
 .venv/bin/python benchmarks/rate.py        writes benchmarks/results/rate.json
 """
@@ -9,16 +10,23 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrator.cost import particles, steps
-from calibrator.database import Database
+from calibrator.runs.database import Database
+from calibrator.runs.setups import particles, steps
 
 REPO = Path(__file__).resolve().parent.parent
 
 
 def main() -> None:
-    """Rates (grains at the start times steps over core-seconds) and how well the number of steps is forecast."""
+    """Rates (grains at the start times steps over core-seconds) and how well the number of steps is
+    forecast.
+    """
     database = Database.read(REPO / "grid" / "coarse_sand.csv")
-    timings = {r["run_id"]: r for r in csv.DictReader((REPO / "grid" / "coarse_sand_timings.csv").read_text().splitlines())}
+    timings = {
+        r["run_id"]: r
+        for r in csv.DictReader(
+            (REPO / "grid" / "coarse_sand_timings.csv").read_text().splitlines()
+        )
+    }
     rates, forecast = [], []
     for run_id, record in database.records.items():
         if run_id in timings and record.status == "ok":

@@ -1,22 +1,26 @@
-"""Runs until the recommended set, verified, meets every target: our adaptive design, other designs, and two peers.
+"""Runs until the recommended set, verified, meets every target: our adaptive design, other designs,
+and two peers.
 
-    python -m benchmarks.runs_needed                    about 20 minutes on one core; the first time pip fetches the peers
-    python -m benchmarks.runs_needed --quick            two seeds, prints only: a smoke test
-    python -m benchmarks.runs_needed --database D.csv   another database of the same case
-    python -m benchmarks.runs_needed --methods "a;b"    only these, nothing written
+    python -m benchmarks.runs_needed                    about 20 minutes on one core; the first time
+    pip fetches the peers python -m benchmarks.runs_needed --quick            two seeds, prints
+    only: a smoke test python -m benchmarks.runs_needed --database D.csv   another database of the
+    same case python -m benchmarks.runs_needed --methods "a;b"    only these, nothing written
 
-Writes benchmarks/results/runs_needed.json and .png. No simulation: a run is the mean of Gaussian processes through the real
-runs of cases/quartz_sand_reduced.toml plus normal noise of the size that its replicates show. Every seed draws a true set from
-the central 80 % of each range; its mean responses are the targets, so they can be met. A set meets them where each noise-free
-response lies within 2 % or, where that is more, two standard errors of the mean of three runs.
+Writes benchmarks/results/runs_needed.json and .png. No simulation: a run is the mean of Gaussian
+processes through the real runs of cases/quartz_sand_reduced.toml plus normal noise of the size that
+its replicates show. Every seed draws a true set from the central 80 % of each range; its mean
+responses are the targets, so they can be met. A set meets them where each noise-free response lies
+within 2 % or, where that is more, two standard errors of the mean of three runs.
 
-Who counts what. Ours and the Sobol design stop by their own verification and are judged by the noise-free surface, which they
-never see: a confirmed set that misses is a failure. The peers have no verification, and are counted in three ways. Oracle, their
-`median_runs`: after each of their rounds whatever they would recommend is judged by the noise-free surface, and the first hit
-counts, plus three runs to verify it; nobody has such an oracle, so this is a lower bound, given for ours as well. Verified: what
-they report is verified by three runs after each round, as the Sobol design's is, and the first that passes counts. By itself:
-they stop by their own rule, and three runs verify what they report. Parameters on a log scale reach them as logarithms. The
-surface being a Gaussian process suits methods that fit one; the peers see only responses.
+Who counts what. Ours and the Sobol design stop by their own verification and are judged by the
+noise-free surface, which they never see: a confirmed set that misses is a failure. The peers have
+no verification, and are counted in three ways. Oracle, their `median_runs`: after each of their
+rounds whatever they would recommend is judged by the noise-free surface, and the first hit counts,
+plus three runs to verify it; nobody has such an oracle, so this is a lower bound, given for ours as
+well. Verified: what they report is verified by three runs after each round, as the Sobol design's
+is, and the first that passes counts. By itself: they stop by their own rule, and three runs verify
+what they report. Parameters on a log scale reach them as logarithms. The surface being a Gaussian
+process suits methods that fit one; the peers see only responses.
 """
 
 from __future__ import annotations
@@ -36,18 +40,25 @@ import numpy as np
 
 from benchmarks.common import RESULTS, rounded, write
 from benchmarks.peers.client import REQUIRED, Peer
-from calibrator.adaptive import Settings, bands, is_met, propose
-from calibrator.case import Case, read_case
-from calibrator.coordinates import fit_responses
-from calibrator.database import Database, response_table
-from calibrator.design import full_grid, sobol
-from calibrator.interpolation import Interpolant, box_sample
-from calibrator.objectives import evaluation
-from calibrator.problem import Problem, Target, Value
-from calibrator.selection import refined, unreachable
+from calibrator.case.case import Case
+from calibrator.case.problem import Problem, Target, Value
+from calibrator.case.toml import read_case
+from calibrator.plan.adaptive import Settings, bands, is_met, propose
+from calibrator.plan.design import full_grid, sobol
+from calibrator.responses.box import box_sample, refined
+from calibrator.responses.fit import fit_responses
+from calibrator.responses.interpolant import Interpolant
+from calibrator.responses.objectives import evaluation
+from calibrator.responses.table import response_table
+from calibrator.runs.database import Database
+from calibrator.search.reach import unreachable
 
 CASE = Path(__file__).parents[1] / "cases" / "quartz_sand_reduced.toml"
-RESPONSES = ("hourglass.bulk_density", "hourglass.drained_equivalent_angle_deg", "hourglass.mass_flow_rate")
+RESPONSES = (
+    "hourglass.bulk_density",
+    "hourglass.drained_equivalent_angle_deg",
+    "hourglass.mass_flow_rate",
+)
 FEW: dict[str, Value] = {
     "particle_radius": 0.4e-3,
     "particle_density": 2800.0,
@@ -60,7 +71,8 @@ TOLERANCE = 0.02
 VERIFYING = 3  # runs
 MOST_RUNS = 600
 OURS = "adaptive (ours)"
-ONLY = {"GrainLearning, 20 samples": 2}  # methods for one number of parameters: its rule gives 7 for two, which is few
+# methods for one number of parameters: its rule gives 7 for two, which is few
+ONLY = {"GrainLearning, 20 samples": 2}
 BEYOND = 1.07  # of the largest density that the box reaches: the target that cannot be met
 
 
@@ -74,8 +86,15 @@ class Surface:
     @classmethod
     def of(cls, case: Case, database: Path) -> Surface:
         """Fitted to the good hourglass runs of a database."""
-        points, values = response_table(case.problem, list(Database.read(database).records.values()), RESPONSES)
-        return cls(case, fit_responses(case.problem, points, values, RESPONSES, similarity=case.interpolation.similarity))
+        points, values = response_table(
+            case.problem, list(Database.read(database).records.values()), RESPONSES
+        )
+        return cls(
+            case,
+            fit_responses(
+                case.problem, points, values, RESPONSES, similarity=case.interpolation.similarity
+            ),
+        )
 
     @property
     def noise(self) -> np.ndarray:
@@ -83,11 +102,18 @@ class Surface:
         return self.interpolant.noise
 
     def problem(self, count: int) -> Problem:
-        """The case's problem with so many parameters: all, or the frictions. Targets are still to be set."""
+        """The case's problem with so many parameters: all, or the frictions.
+
+        Targets are still to be set.
+        """
         kept = [p for p in self.case.problem.parameters if count == 5 or p.name not in FEW]
         fixed = FEW if count == 2 else {}
-        samples = [dataclasses.replace(p, samples=n) for p, n in zip(kept, GRID[count], strict=True)]
-        return dataclasses.replace(self.case.problem, parameters=tuple(samples), held_out=(), fixed=fixed)
+        samples = [
+            dataclasses.replace(p, samples=n) for p, n in zip(kept, GRID[count], strict=True)
+        ]
+        return dataclasses.replace(
+            self.case.problem, parameters=tuple(samples), held_out=(), fixed=fixed
+        )
 
     def mean(self, problem: Problem, points: np.ndarray) -> np.ndarray:
         """Noise-free responses (k, t) at points (k, d) of such a problem."""
@@ -98,7 +124,9 @@ class Surface:
 
 @dataclass(eq=False)
 class Trial:
-    """One calibration to be done: a problem with targets, runs that are counted, and the judgement of a set."""
+    """One calibration to be done: a problem with targets, runs that are counted, and the judgement
+    of a set.
+    """
 
     surface: Surface
     problem: Problem
@@ -122,23 +150,36 @@ class Trial:
 
     def missed(self, points: np.ndarray) -> np.ndarray:
         """Distance (k, t) of the noise-free responses at points (k, d) from the targets."""
-        return np.abs(self.surface.mean(self.problem, points) - [t.value for t in self.problem.targets])
+        return np.abs(
+            self.surface.mean(self.problem, points) - [t.value for t in self.problem.targets]
+        )
 
     def worst(self, point: np.ndarray) -> float:
         """Largest relative error of the noise-free responses at a set (d,)."""
-        return float((self.missed(point[None])[0] / np.abs([t.value for t in self.problem.targets])).max())
+        return float(
+            (self.missed(point[None])[0] / np.abs([t.value for t in self.problem.targets])).max()
+        )
 
     def meets(self, point: np.ndarray) -> bool:
-        """Whether every noise-free response at a set (d,) lies within the tolerance, or the noise of three runs."""
+        """Whether every noise-free response at a set (d,) lies within the tolerance, or the noise
+        of three runs.
+        """
         return bool(self.met(point[None])[0])
 
     def met(self, points: np.ndarray) -> np.ndarray:
         """`meets` (k,) for points (k, d)."""
-        return np.all(self.missed(points) <= bands(self.problem.targets, self.surface.noise, VERIFYING), axis=1)
+        return np.all(
+            self.missed(points) <= bands(self.problem.targets, self.surface.noise, VERIFYING),
+            axis=1,
+        )
 
     def share(self) -> float:
         """Share of the box that meets the targets: the chance of a set drawn at random."""
-        return float(self.met(box_sample(self.problem.low, self.problem.high, 2**12, np.random.default_rng(0))).mean())
+        return float(
+            self.met(
+                box_sample(self.problem.low, self.problem.high, 2**12, np.random.default_rng(0))
+            ).mean()
+        )
 
 
 def reachable_trial(surface: Surface, count: int, seed: int) -> Trial:
@@ -161,7 +202,10 @@ def unreachable_trial(surface: Surface, count: int, seed: int) -> Trial:
 def with_targets(problem: Problem, values: np.ndarray) -> Problem:
     """The problem with these values (t,) of the responses as targets."""
     names = [key.split(".") for key in RESPONSES]
-    targets = (Target(setup, name, float(v), tolerance=TOLERANCE) for (setup, name), v in zip(names, values, strict=True))
+    targets = (
+        Target(setup, name, float(v), tolerance=TOLERANCE)
+        for (setup, name), v in zip(names, values, strict=True)
+    )
     return dataclasses.replace(problem, targets=tuple(targets))
 
 
@@ -169,10 +213,11 @@ def with_targets(problem: Problem, values: np.ndarray) -> Problem:
 class Outcome:
     """How a method ended.
 
-    runs : all of them, verification included; met : whether the recommended set meets the targets; worst : its largest relative
-    error; said : the method's last words; flagged : whether it says that the targets are out of reach; oracle : for ours, runs
-    and success where an oracle ends it; verified, by_itself : for peers, where three runs verify each round's set, and by their
-    own rule for stopping.
+    runs : all of them, verification included; met : whether the recommended set meets the targets;
+    worst : its largest relative error; said : the method's last words; flagged : whether it says
+    that the targets are out of reach; oracle : for ours, runs and success where an oracle ends it;
+    verified, by_itself : for peers, where three runs verify each round's set, and by their own rule
+    for stopping.
     """
 
     runs: int
@@ -198,7 +243,10 @@ def adaptive(trial: Trial) -> Outcome:
     while not (proposal := propose(own, points, values, settings, trial.similarity)).stops:
         if hit is None and trial.meets(proposal.recommended):
             hit = trial.made + VERIFYING, True
-        points, values = np.vstack([points, proposal.points]), np.vstack([values, trial.run(proposal.points)])
+        points, values = (
+            np.vstack([points, proposal.points]),
+            np.vstack([values, trial.run(proposal.points)]),
+        )
     point, confirmed = proposal.recommended, proposal.kind == "confirmed"
     said = f"{proposal.kind}: {proposal.sentence}"
     met, flagged = confirmed and trial.meets(point), proposal.kind == "unreachable"
@@ -206,29 +254,42 @@ def adaptive(trial: Trial) -> Outcome:
 
 
 def grid(trial: Trial) -> Outcome:
-    """The paper's full grid, multilinear; the set of smallest error O1, by direct minimisation instead of a search of minutes."""
+    """The paper's full grid, multilinear; the set of smallest error O1, by direct minimisation
+    instead of a search of minutes.
+    """
     interpolant = fitted(trial, full_grid(trial.problem), "multilinear")
     point = least_error(trial.problem, interpolant)
-    passed = verified(trial, point, trial.surface.noise)  # a grid without replicates knows no noise: the true one is lent
+    # a grid without replicates knows no noise: the true one is lent
+    passed = verified(trial, point, trial.surface.noise)
     reach = unreachable(trial.problem, interpolant).joint
     said = f"verification {'passed' if passed else 'failed'}; {reach.sentence}"
     return Outcome(trial.made, trial.meets(point), trial.worst(point), said, not reach.reachable)
 
 
 def sobol_process(trial: Trial) -> Outcome:
-    """Nested Sobol designs of 10, 15, 20, ... sets, the process's best set verified each time, until one passes."""
+    """Nested Sobol designs of 10, 15, 20, ... sets, the process's best set verified each time,
+    until one passes.
+    """
     points = sobol(trial.problem, MOST_RUNS)
     values = np.empty((0, len(RESPONSES)))
     for count in range(10, MOST_RUNS, 5):
         values = np.vstack([values, trial.run(points[len(values) : count])])
-        interpolant = fit_responses(trial.problem, points[:count], values, RESPONSES, similarity=trial.similarity)
+        interpolant = fit_responses(
+            trial.problem, points[:count], values, RESPONSES, similarity=trial.similarity
+        )
         point = least_error(trial.problem, interpolant)
         passed = verified(trial, point, interpolant.noise)
         reach = unreachable(trial.problem, interpolant).joint
         if passed or not reach.reachable or trial.made >= MOST_RUNS:
             break
     said = f"verification {'passed' if passed else 'failed'}; {reach.sentence}"
-    return Outcome(trial.made, passed and trial.meets(point), trial.worst(point), said, not (passed or reach.reachable))
+    return Outcome(
+        trial.made,
+        passed and trial.meets(point),
+        trial.worst(point),
+        said,
+        not (passed or reach.reachable),
+    )
 
 
 def fitted(trial: Trial, points: np.ndarray, method: str) -> Interpolant:
@@ -241,12 +302,16 @@ def least_error(problem: Problem, interpolant: Interpolant) -> np.ndarray:
     rng = np.random.default_rng(1)
     evaluate = evaluation(problem, interpolant, ["error"])
     sample = box_sample(problem.low, problem.high, 2**12, rng)
-    return refined(lambda p: evaluate(p)[:, 0], sample[np.argmin(evaluate(sample)[:, 0])], problem, rng)
+    return refined(
+        lambda p: evaluate(p)[:, 0], sample[np.argmin(evaluate(sample)[:, 0])], problem, rng
+    )
 
 
 def verified(trial: Trial, point: np.ndarray, noise: np.ndarray) -> bool:
     """Whether the mean of fresh runs at a set (d,) meets every target."""
-    return is_met(trial.problem.targets, trial.run(np.repeat(point[None], VERIFYING, axis=0)), noise)
+    return is_met(
+        trial.problem.targets, trial.run(np.repeat(point[None], VERIFYING, axis=0)), noise
+    )
 
 
 class Peers:
@@ -259,16 +324,33 @@ class Peers:
         """A peer to its own end, or to MOST_RUNS."""
         rounds: list[tuple[int, np.ndarray]] = []
         ended = self._driver(name).calibrate(
-            trial.problem, trial.run, lambda sets: rounds.append((trial.made, sets)), trial.seed, MOST_RUNS, options
+            trial.problem,
+            trial.run,
+            lambda sets: rounds.append((trial.made, sets)),
+            trial.seed,
+            MOST_RUNS,
+            options,
         )
         made = trial.made
         last = rounds[-1][1][0] if rounds else (trial.problem.low + trial.problem.high) / 2
         hits = ((runs, one) for runs, sets in rounds for one in sets if trial.meets(one))
         runs, point = next(hits, (made, last))
-        by_itself = (made + VERIFYING, not (ended["stopped"] or ended["error"]) and trial.meets(last))
+        by_itself = (
+            made + VERIFYING,
+            not (ended["stopped"] or ended["error"]) and trial.meets(last),
+        )
         said = closing("\n".join([ended["said"], ended["error"]]))
         found = first_verified(trial, rounds) or (made + VERIFYING * len(rounds), False)
-        return Outcome(runs + VERIFYING, trial.meets(point), trial.worst(point), said, False, None, found, by_itself)
+        return Outcome(
+            runs + VERIFYING,
+            trial.meets(point),
+            trial.worst(point),
+            said,
+            False,
+            None,
+            found,
+            by_itself,
+        )
 
     def _driver(self, name: str) -> Peer:
         if name not in self._drivers:
@@ -282,7 +364,10 @@ class Peers:
 
 
 def first_verified(trial: Trial, rounds: list[tuple[int, np.ndarray]]) -> tuple[int, bool] | None:
-    """Runs and success where the set reported after each round is verified until one passes; None where none does."""
+    """Runs and success where the set reported after each round is verified until one passes;
+
+    None where none does.
+    """
     for number, (made, sets) in enumerate(rounds, 1):
         if verified(trial, sets[0], trial.surface.noise):
             return made + VERIFYING * number, trial.meets(sets[0])
@@ -336,7 +421,12 @@ def reachable_row(outcomes: list[Outcome]) -> dict[str, Any]:
         pairs = [pair for o in outcomes if (pair := getattr(o, way))]
         if pairs:
             runs, met = [r for r, _ in pairs], [m for _, m in pairs]
-            row[way] = {"median_runs": median_runs(runs, met), "failures": met.count(False), "runs": runs, "met": met}
+            row[way] = {
+                "median_runs": median_runs(runs, met),
+                "failures": met.count(False),
+                "runs": runs,
+                "met": met,
+            }
     return row
 
 
@@ -345,7 +435,9 @@ def unreachable_row(outcomes: list[Outcome]) -> dict[str, Any]:
     return {
         "flagged": sum(o.flagged for o in outcomes),
         "seeds": len(outcomes),
-        "median_runs": float(np.median([o.by_itself[0] if o.by_itself else o.runs for o in outcomes])),
+        "median_runs": float(
+            np.median([o.by_itself[0] if o.by_itself else o.runs for o in outcomes])
+        ),
         "worst_relative_error_median": rounded(float(np.median([o.worst for o in outcomes])), 3),
         "said": outcomes[0].said,
     }
@@ -354,7 +446,10 @@ def unreachable_row(outcomes: list[Outcome]) -> dict[str, Any]:
 def measure(surface: Surface, seeds: int, chosen: list[str]) -> dict[str, Any]:
     """All results, by scenario, number of parameters and method."""
     peers = Peers()
-    makers = {"reachable": (reachable_trial, reachable_row), "unreachable": (unreachable_trial, unreachable_row)}
+    makers = {
+        "reachable": (reachable_trial, reachable_row),
+        "unreachable": (unreachable_trial, unreachable_row),
+    }
     results: dict[str, Any] = {scenario: {} for scenario in makers}
     try:
         for scenario, count in itertools.product(makers, BAR):
@@ -364,25 +459,48 @@ def measure(surface: Surface, seeds: int, chosen: list[str]) -> dict[str, Any]:
                 if (chosen and name not in chosen) or ONLY.get(name, count) != count:
                     continue
                 begin = time.perf_counter()
-                rows[name] = summary([method(make(surface, count, seed)) for seed in range(1, seeds + 1)])
-                print(scenario, count, name, rows[name], f"{time.perf_counter() - begin:.0f} s", flush=True)
+                rows[name] = summary(
+                    [method(make(surface, count, seed)) for seed in range(1, seeds + 1)]
+                )
+                print(
+                    scenario,
+                    count,
+                    name,
+                    rows[name],
+                    f"{time.perf_counter() - begin:.0f} s",
+                    flush=True,
+                )
     finally:
         peers.close()
     return results
 
 
 def verdicts(reachable: dict[str, Any]) -> dict[str, Any]:
-    """Ours against the bar and, in each of the three ways to count, the best peer; for each number of parameters."""
+    """Ours against the bar and, in each of the three ways to count, the best peer; for each number
+    of parameters.
+    """
     found = {}
     for count, rows in reachable.items():
         by_oracle = rows[OURS]["oracle"]["median_runs"]
-        found[count] = {"bar": BAR[int(count)], "ours": rows[OURS]["median_runs"], "ours_by_oracle": by_oracle}
+        found[count] = {
+            "bar": BAR[int(count)],
+            "ours": rows[OURS]["median_runs"],
+            "ours_by_oracle": by_oracle,
+        }
         for way in ("oracle", "verified", "by_itself"):
             ours = by_oracle if way == "oracle" else rows[OURS]["median_runs"]
-            medians = {p: (rows[p] if way == "oracle" else rows[p][way])["median_runs"] for p in rows if "by_itself" in rows[p]}
+            medians = {
+                p: (rows[p] if way == "oracle" else rows[p][way])["median_runs"]
+                for p in rows
+                if "by_itself" in rows[p]
+            }
             best = min(medians, key=lambda p: medians[p] or math.inf)
             fewer = rounded(medians[best] / ours, 3) if ours and medians[best] else None
-            found[count][f"best_peer_{way}"] = {"method": best, "median_runs": medians[best], "times_ours": fewer}
+            found[count][f"best_peer_{way}"] = {
+                "method": best,
+                "median_runs": medians[best],
+                "times_ours": fewer,
+            }
     return found
 
 
@@ -390,13 +508,15 @@ def verdicts(reachable: dict[str, Any]) -> dict[str, Any]:
 
 
 def plot(reachable: dict[str, Any], folder: Path) -> None:
-    """Runs of every seed by method, one panel for each number of parameters; peers in each way to count."""
+    """Runs of every seed by method, one panel for each number of parameters; peers in each way to
+    count.
+    """
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    from calibrator.plot import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY, STYLE
+    from calibrator.report.figures.style import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY, STYLE
 
     ways = {
         "ours": (RED, "ours"),
@@ -411,34 +531,55 @@ def plot(reachable: dict[str, Any], folder: Path) -> None:
         for axis, (count, rows) in zip(panels, reachable.items(), strict=True):
             for name, row in rows.items():
                 place = names.index(name)
-                peer = {"oracle": row, "verified": row.get("verified"), "by_itself": row.get("by_itself")}
+                peer = {
+                    "oracle": row,
+                    "verified": row.get("verified"),
+                    "by_itself": row.get("by_itself"),
+                }
                 strips = peer if "by_itself" in row else {"ours" if name == OURS else "design": row}
-                for offset, (way, strip) in zip((-0.27, 0, 0.27) if len(strips) > 1 else (0,), strips.items(), strict=True):
+                for offset, (way, strip) in zip(
+                    (-0.27, 0, 0.27) if len(strips) > 1 else (0,), strips.items(), strict=True
+                ):
                     draw_strip(axis, place + offset, strip, ways[way][0], INK)
             bar = BAR[int(count)]
             axis.axvline(bar, color=GREY, linestyle="--", linewidth=1)
             axis.text(bar, -0.62, f" bar: {bar}", color=GREY, va="center")
-            axis.set(xscale="log", xlabel="runs, verification included", title=f"{count} parameters", xlim=(7, 1100))
+            axis.set(
+                xscale="log",
+                xlabel="runs, verification included",
+                title=f"{count} parameters",
+                xlim=(7, 1100),
+            )
             axis.set_xticks([10, 30, 100, 300, 1000], ["10", "30", "100", "300", "1000"])
             axis.minorticks_off()
         panels[0].set_yticks(range(len(names)), names)
         panels[0].set_ylim(len(names) - 0.5, -0.9)
-        handles = [plt.Line2D([], [], ls="", marker="o", color=colour, label=label) for colour, label in ways.values()]
+        handles = [
+            plt.Line2D([], [], ls="", marker="o", color=colour, label=label)
+            for colour, label in ways.values()
+        ]
         handles.append(plt.Line2D([], [], ls="", marker="x", color=INK, label="a seed that fails"))
         median: dict[str, Any] = {"marker": "|", "markersize": 11, "markeredgewidth": 2}
-        handles.append(plt.Line2D([], [], ls="", color=INK, label="median, failures as infinity", **median))
+        handles.append(
+            plt.Line2D([], [], ls="", color=INK, label="median, failures as infinity", **median)
+        )
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
         figure.savefig(folder / "runs_needed.png", dpi=150)
 
 
 def draw_strip(axis: Any, place: float, strip: dict[str, Any], colour: str, ink: str) -> None:
     """The seeds of one method, and their median where half of them or more succeed."""
-    styles: dict[bool, dict[str, Any]] = {True: {"marker": "o", "color": colour}, False: {"marker": "x", "color": ink}}
+    styles: dict[bool, dict[str, Any]] = {
+        True: {"marker": "o", "color": colour},
+        False: {"marker": "x", "color": ink},
+    }
     for hit, style in styles.items():
         runs = [r for r, m in zip(strip["runs"], strip["met"], strict=True) if m == hit]
         axis.plot(runs, jittered(place, len(runs)), ls="", markersize=4, alpha=0.7, **style)
     if strip["median_runs"]:
-        axis.plot([strip["median_runs"]] * 2, [place - 0.13, place + 0.13], color=colour, linewidth=2.4)
+        axis.plot(
+            [strip["median_runs"]] * 2, [place - 0.13, place + 0.13], color=colour, linewidth=2.4
+        )
 
 
 def jittered(place: float, count: int) -> np.ndarray:
@@ -450,9 +591,14 @@ def arguments() -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="two seeds, nothing written")
-    parser.add_argument("--database", type=Path, help="runs of the case, if not those that it ships with")
     parser.add_argument(
-        "--methods", type=lambda s: s.split(";"), default=[], help="names separated by semicolons; nothing written"
+        "--database", type=Path, help="runs of the case, if not those that it ships with"
+    )
+    parser.add_argument(
+        "--methods",
+        type=lambda s: s.split(";"),
+        default=[],
+        help="names separated by semicolons; nothing written",
     )
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--results", type=Path, default=RESULTS, help="folder to write to")
@@ -476,12 +622,22 @@ def main() -> None:
         "data": {
             "share_of_the_box_that_meets_the_targets": {
                 count: rounded(
-                    float(np.median([reachable_trial(surface, count, s).share() for s in range(1, given.seeds + 1)])), 3
+                    float(
+                        np.median(
+                            [
+                                reachable_trial(surface, count, s).share()
+                                for s in range(1, given.seeds + 1)
+                            ]
+                        )
+                    ),
+                    3,
                 )
                 for count in BAR
             },
             "sets": len(surface.interpolant.points),
-            "noise": dict(zip(RESPONSES, map(partial(rounded, digits=3), surface.noise.tolist()), strict=True)),
+            "noise": dict(
+                zip(RESPONSES, map(partial(rounded, digits=3), surface.noise.tolist()), strict=True)
+            ),
             "peers": REQUIRED,
             "most_runs": MOST_RUNS,
         },

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-LONGEST = 1000  # characters of a message; what is cut out lies before the remedy, which stands at the end
+# characters of a message; what is cut out lies before the remedy, which stands at the end
+LONGEST = 1000
 
 
 class CalibratorError(Exception):
-    """Something the user can mend. The message is one line, whatever was put into it, and ends with what to do."""
+    """Something the user can mend.
+
+    The message is one line, whatever was put into it, and ends with what to do.
+    """
 
     def __init__(self, message: str) -> None:
         super().__init__(one_line(message))
 
 
 def one_line(text: str) -> str:
-    """The text without line breaks, control characters and lone surrogates, its middle cut out where it is very long."""
+    """The text without line breaks, control characters and lone surrogates, its middle cut out
+    where it is very long.
+    """
     text = str(text)
     if len(text) > LONGEST:
         text = f"{text[: LONGEST // 2]} ... {text[-LONGEST // 2 :]}"
@@ -21,7 +27,9 @@ def one_line(text: str) -> str:
 
 
 def shown(value: object) -> str:
-    """repr of a value that a user gave, shortened; some, such as an integer of 5000 digits, have none."""
+    """repr of a value that a user gave, shortened; some, such as an integer of 5000 digits, have
+    none.
+    """
     try:
         text = repr(value)
     except (ValueError, RecursionError):

@@ -1,6 +1,8 @@
-"""Files: what a case names and what a run left are read with care, and files are written whole or not at all.
+"""Files: what a case names and what a run left are read with care, and files are written whole or
+not at all.
 
-Read are regular files of a bounded size only: a pipe or a device would be waited for, or never end. Nothing is unpickled.
+Read are regular files of a bounded size only: a pipe or a device would be waited for, or never end.
+Nothing is unpickled.
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ LARGEST_INTEGER = 10**300  # what is larger cannot become a float
 def read_text(path: Path, megabytes: float = 256, links: bool = True) -> str:
     """The text of a file, without the mark that some editors put before UTF-8.
 
-    links : whether a symbolic link is followed; not in a results folder, where everything was made here.
-    Raises FileNotFoundError, or another OSError that says why the file is not read.
+    links : whether a symbolic link is followed; not in a results folder, where everything was made
+    here. Raises FileNotFoundError, or another OSError that says why the file is not read.
     """
     raw = read_bytes(path, megabytes, links)
     try:
@@ -40,7 +42,9 @@ def read_bytes(path: Path, megabytes: float = 256, links: bool = True) -> bytes:
     if not links and path.is_symlink():
         raise OSError("it is a symbolic link")
     # Without O_NONBLOCK, opening a pipe waits for somebody to write.
-    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | (0 if links else os.O_NOFOLLOW))
+    number = os.open(
+        path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | (0 if links else os.O_NOFOLLOW)
+    )
     with open(number, "rb") as stream:
         about = os.fstat(number)
         if not stat.S_ISREG(about.st_mode):
@@ -53,10 +57,13 @@ def read_bytes(path: Path, megabytes: float = 256, links: bool = True) -> bytes:
 def parse_json(text: str) -> Any:
     """JSON without the liberties of Python's reader.
 
-    Raises ValueError for NaN and infinities, keys given twice, integers beyond a float, and nesting without end.
+    Raises ValueError for NaN and infinities, keys given twice, integers beyond a float, and nesting
+    without end.
     """
     try:
-        return json.loads(text, parse_constant=_refuse_constant, parse_int=_integer, object_pairs_hook=_once)
+        return json.loads(
+            text, parse_constant=_refuse_constant, parse_int=_integer, object_pairs_hook=_once
+        )
     except RecursionError:
         raise ValueError("nested too deeply") from None
 
@@ -79,7 +86,8 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_arrays(path: Path, megabytes: float = 256) -> dict[str, np.ndarray]:
-    """The arrays of an .npz file as floats. Raises FileNotFoundError, or ValueError where it is damaged.
+    """The arrays of an .npz file as floats. Raises FileNotFoundError, or ValueError where it is
+    damaged.
 
     A file that would have to be unpickled is refused: unpickling runs whatever code the file holds.
     """
@@ -92,7 +100,8 @@ def read_arrays(path: Path, megabytes: float = 256) -> dict[str, np.ndarray]:
             found = {name: arrays[name] for name in arrays.files}
     except FileNotFoundError:
         raise
-    except Exception as error:  # the readers of zip, deflate and npy raise a dozen kinds on damaged bytes
+    # the readers of zip, deflate and npy raise a dozen kinds on damaged bytes
+    except Exception as error:
         raise ValueError(str(error) or type(error).__name__) from None
     for name, array in found.items():
         if array.dtype.kind not in "iuf":
@@ -101,34 +110,46 @@ def read_arrays(path: Path, megabytes: float = 256) -> dict[str, np.ndarray]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file atomically: whoever looks finds the old file or the whole new one, and a link is replaced, not followed."""
+    """Write a file atomically: whoever looks finds the old file or the whole new one, and a link is
+    replaced, not followed.
+    """
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     temporary.unlink(missing_ok=True)
     try:
         number = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         with open(number, "wb") as stream:
-            stream.write(text.encode("utf-8", "backslashreplace"))  # a file name may hold bytes that are no UTF-8
+            # a file name may hold bytes that are no UTF-8
+            stream.write(text.encode("utf-8", "backslashreplace"))
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
 
 
 def own_folder(path: Path) -> Path:
-    """Make a folder of the results. Raises CalibratorError where it is a link: nothing is written outside the results."""
+    """Make a folder of the results.
+
+    Raises CalibratorError where it is a link: nothing is written outside the results.
+    """
     if path.is_symlink():
-        raise CalibratorError(f"{path} is a symbolic link, and results stay in their folder: remove it, or give --results")
+        raise CalibratorError(
+            f"{path} is a symbolic link, and results stay in their folder: remove it, or give"
+            " --results"
+        )
     try:
         path.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise CalibratorError(f"{path} is not a folder: remove it, or give another one with --results") from None
+        raise CalibratorError(
+            f"{path} is not a folder: remove it, or give another one with --results"
+        ) from None
     return path
 
 
 def named_file(case: Path, name: str, key: str) -> Path:
     """The path of a file that a case names under `key`.
 
-    A case that somebody sends must not be able to read anything on this machine: the file lies in the case's folder or in
-    the one above it (so that cases/ and grid/ can lie side by side), also after symbolic links. Raises CalibratorError.
+    A case that somebody sends must not be able to read anything on this machine: the file lies in
+    the case's folder or in the one above it (so that cases/ and grid/ can lie side by side), also
+    after symbolic links. Raises CalibratorError.
     """
     parts = PurePosixPath(name).parts
     project = os.path.realpath(case.parent / "..")
@@ -136,7 +157,7 @@ def named_file(case: Path, name: str, key: str) -> Path:
     allowed = parts and "\0" not in name and not name.startswith("/") and ".." not in parts[1:]
     if not allowed or os.path.commonpath([project, os.path.realpath(path)]) != project:
         raise CalibratorError(
-            f"{key} = {name!r} leaves the case's folder: put the file into that folder or the one above it, "
-            'and give a relative path such as "lab.csv" or "../grid/runs.csv"'
+            f"{key} = {name!r} leaves the case's folder: put the file into that folder or the one"
+            ' above it, and give a relative path such as "lab.csv" or "../grid/runs.csv"'
         )
     return path

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import scipy.linalg  # noqa: F401 - the controller knows the libraries that are loaded when it is made
-from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
+from threadpoolctl import ThreadpoolController
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 _THREADS = ThreadpoolController()
@@ -15,6 +14,7 @@ _THREADS = ThreadpoolController()
 def on_one_thread(function: Verb) -> Verb:
     """Keep the linear algebra of function on one thread.
 
-    Matrices of some tens of rows are slower on several, 20 times so on a machine whose cores are busy with runs.
+    Matrices of some tens of rows are slower on several, 20 times so on a machine whose cores are
+    busy with runs.
     """
     return cast(Verb, _THREADS.wrap(limits=1, user_api="blas")(function))

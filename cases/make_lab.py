@@ -1,6 +1,8 @@
-"""Make the synthetic measurement behind the demo: YADE at the parameters of coarse_sand_truth.toml, with seeds of its own.
+"""Make the synthetic measurement behind the demo: YADE at the parameters of coarse_sand_truth.toml,
+with seeds of its own.
 
-    .venv/bin/python cases/make_lab.py          about 15 minutes on two cores; writes cases/coarse_sand_lab.csv
+    .venv/bin/python cases/make_lab.py          about 15 minutes on two cores; writes
+    cases/coarse_sand_lab.csv
 
 The case file does not contain the true values, and no other run of the project uses these seeds.
 """
@@ -11,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrator.cli import ProgressBar
-from calibrator.database import Database
-from calibrator.lab import COLUMNS
-from calibrator.quantities import RESPONSES, parameters_of
-from calibrator.runner import RunFolder, run
-from calibrator.table import Request
+from calibrator.case.lab import COLUMNS
+from calibrator.case.vocabulary import RESPONSES, parameters_of
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.local import run
+from calibrator.runs.request import Request
+from calibrator.terminal import ProgressBar
 
 CASES = Path(__file__).resolve().parent
 FIRST_SEED = 770_000
@@ -47,19 +50,31 @@ def requests() -> list[Request]:
     asked = []
     for setup, count in REPLICATES.items():
         own = parameters_of(setup)
-        common = {n: v for n, v in {**case["fixed"], **truth}.items() if n in own} | case["setups"][setup] | NUMERICS
+        common = (
+            {n: v for n, v in {**case["fixed"], **truth}.items() if n in own}
+            | case["setups"][setup]
+            | NUMERICS
+        )
         asked += [Request.of(setup, **common, seed=FIRST_SEED + i) for i in range(count)]
     return asked
 
 
 def main() -> None:
     """Run, and write the lab file and the raw runs."""
-    records = run(RunFolder(Path("results") / "coarse_sand_lab"), requests(), report=ProgressBar(sys.stderr))
+    records = run(
+        RunFolder(Path("results") / "coarse_sand_lab"), requests(), report=ProgressBar(sys.stderr)
+    )
     good = [r for r in records if r.status == "ok"]
     provenance = good[0].provenance
-    lines = [f"# {line}" for line in NOTE.format(seed=FIRST_SEED, **provenance).splitlines()] + [",".join(COLUMNS)]
+    lines = [f"# {line}" for line in NOTE.format(seed=FIRST_SEED, **provenance).splitlines()] + [
+        ",".join(COLUMNS)
+    ]
     for (setup, response), role in ROLES.items():
-        values = [r.responses[response] for r in good if r.request.setup == setup and response in r.responses]
+        values = [
+            r.responses[response]
+            for r in good
+            if r.request.setup == setup and response in r.responses
+        ]
         row = [
             setup,
             response,
@@ -71,7 +86,10 @@ def main() -> None:
         ]
         lines.append(",".join(row))
     (CASES / "coarse_sand_lab.csv").write_text("\n".join(lines) + "\n")
-    Database(records).write(CASES.parent / "grid" / "coarse_sand_lab_runs.csv", "replicates behind cases/coarse_sand_lab.csv")
+    Database(records).write(
+        CASES.parent / "grid" / "coarse_sand_lab_runs.csv",
+        "replicates behind cases/coarse_sand_lab.csv",
+    )
 
 
 if __name__ == "__main__":

@@ -66,7 +66,8 @@ def programs(folder, **calls):
     for name, call in calls.items():
         program = folder / name
         program.write_text(
-            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(FAKE.parent)!r})\nimport fake_yade\nfake_yade.{call}\n"
+            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(FAKE.parent)!r})\nimport"
+            f" fake_yade\nfake_yade.{call}\n"
         )
         program.chmod(0o755)
     return folder
@@ -87,7 +88,9 @@ def fake_yade(tmp_path, monkeypatch):
 
 @pytest.fixture
 def troubled_yade(tmp_path, monkeypatch):
-    """Put a yade on the PATH that is the real one, apart from the runs that misbehave.json of the working folder names."""
+    """Put a yade on the PATH that is the real one, apart from the runs that misbehave.json of the
+    working folder names.
+    """
     real = shutil.which("yade")
     assert real, "yade is not on the PATH: run `make yade`"
     folder = programs(tmp_path / "bin", yade=f"run_real_line({real!r})")

@@ -1,10 +1,12 @@
-"""A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write half a file.
+"""A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write
+half a file.
 
-Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a run does instead
-is written in misbehave.json of the working folder, {"<seed>": what} with what = "crash", "segfault", "memory", "hang",
-"hang once", "lie", "half", "clog" or "nothing"; "all" stands for every seed. With {"once": true} each seed does so the first time
-only. {"duration": seconds} makes runs last, {"yade": version} is what records say, and {"clock": seconds} moves the clock while a
-run is under way.
+Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a
+run does instead is written in misbehave.json of the working folder, {"<seed>": what} with what =
+"crash", "segfault", "memory", "hang", "hang once", "lie", "half", "clog" or "nothing"; "all" stands
+for every seed. With {"once": true} each seed does so the first time only. {"duration": seconds}
+makes runs last, {"yade": version} is what records say, and {"clock": seconds} moves the clock while
+a run is under way.
 """
 
 import ast
@@ -26,8 +28,14 @@ NOISE = 0.004  # relative scatter of one run
 
 
 def responses_of(setup: str, p: dict) -> dict[str, float]:
-    """Smooth made-up responses: monotonic in both frictions, with a soft-grain effect on the density."""
-    rolling, sliding, soft = p["rolling_friction"], p["sliding_friction"], math.log10(p["young_modulus"] / 1e6)
+    """Smooth made-up responses: monotonic in both frictions, with a soft-grain effect on the
+    density.
+    """
+    rolling, sliding, soft = (
+        p["rolling_friction"],
+        p["sliding_friction"],
+        math.log10(p["young_modulus"] / 1e6),
+    )
     sticky, drag = p.get("bond_number", 0.0), p.get("bed_viscosity", 0.0) / 1e-3
     density = 1700 - 120 * sliding - 90 * rolling - 25 * soft - 60 * sticky
     angle = 20 + 45 * math.tanh(2 * rolling) + 12 * sliding + 6 * sticky
@@ -40,9 +48,17 @@ def responses_of(setup: str, p: dict) -> dict[str, float]:
             "onset_delay": 0.02 * (1 + 0.2 * drag),
         }
     if setup == "ledge":
-        return {"bulk_density": density, "ledge_equivalent_angle_deg": 0.8 * angle, "ledge_curvature": -20 - 10 * rolling}
+        return {
+            "bulk_density": density,
+            "ledge_equivalent_angle_deg": 0.8 * angle,
+            "ledge_curvature": -20 - 10 * rolling,
+        }
     heap = 0.5 * angle + 5 * sticky
-    return {"bulk_density": density, "pile_equivalent_angle_deg": heap, "pile_apex_rounding": 1e-3 * (1 + sliding - 0.4 * sticky)}
+    return {
+        "bulk_density": density,
+        "pile_equivalent_angle_deg": heap,
+        "pile_apex_rounding": 1e-3 * (1 + sliding - 0.4 * sticky),
+    }
 
 
 def run_line() -> None:
@@ -67,11 +83,17 @@ def _table_line() -> tuple[str, str, dict]:
     run_id = cells.pop("description")
     setup = Path(sys.argv[-1]).stem
     own = contract.parameters_of(setup)
-    return setup, run_id, {name: ast.literal_eval(cell) for name, cell in cells.items() if name in own}
+    return (
+        setup,
+        run_id,
+        {name: ast.literal_eval(cell) for name, cell in cells.items() if name in own},
+    )
 
 
 def trouble(run_id: str, seed: int) -> str:
-    """Note the call, with the node of a cluster, and end, die or hang where that is planned; else returns what is planned."""
+    """Note the call, with the node of a cluster, and end, die or hang where that is planned; else
+    returns what is planned.
+    """
     with open("calls.txt", "a") as stream:
         stream.write(f"{run_id} {os.environ.get('SLURMD_NODENAME', '')}".rstrip() + "\n")
     plan = planned()
@@ -102,7 +124,9 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
     """Write the record, or a wrong one."""
     plan = planned()
     scatter = random.Random(run_id)
-    responses = {n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()}
+    responses = {
+        n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()
+    }
     record = dict(
         schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id, parameters=contract.echoed(p), status="ok",
         responses=responses, error=None, diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
@@ -127,7 +151,9 @@ def first_time(run_id: str) -> bool:
 
 
 def run_batch() -> None:
-    """What yade-batch does: every line of the table through --executable, one after the other, log and summary."""
+    """What yade-batch does: every line of the table through --executable, one after the other, log
+    and summary.
+    """
     arguments = [a for a in sys.argv[1:] if a != "--disable-pynotify"]
     position = next(i for i in range(0, len(arguments), 2) if not arguments[i].startswith("-"))
     options = dict(zip(arguments[:position:2], arguments[1:position:2], strict=True))
@@ -144,7 +170,9 @@ def run_batch() -> None:
             ).returncode  # fmt: skip
         with open(log, "a") as stream:
             status = code << 8 if code >= 0 else -code  # as os.system returns it
-            stream.write(f"\n=================== JOB SUMMARY ================\nstatus  : {status} (x)\n")
+            stream.write(
+                f"\n=================== JOB SUMMARY ================\nstatus  : {status} (x)\n"
+            )
 
 
 if __name__ == "__main__":

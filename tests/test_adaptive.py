@@ -1,4 +1,6 @@
-"""The adaptive design on surfaces whose answer is known, and through the whole workflow on a fake YADE."""
+"""The adaptive design on surfaces whose answer is known, and through the whole workflow on a fake
+YADE.
+"""
 
 import json
 from math import erf, sqrt
@@ -6,13 +8,14 @@ from math import erf, sqrt
 import numpy as np
 import pytest
 
-from calibrator import workflow
-from calibrator.adaptive import Settings, bands, chances, is_met, propose
-from calibrator.case import read_case
+from calibrator.case.problem import Parameter, Problem, Target
+from calibrator.case.toml import read_case
 from calibrator.cli import main
-from calibrator.design import sobol
-from calibrator.plan import belongs, make_request
-from calibrator.problem import Parameter, Problem, Target
+from calibrator.plan.adaptive import Settings, bands, chances, is_met, propose
+from calibrator.plan.design import sobol
+from calibrator.plan.requests import belongs, make_request
+from calibrator.plan.run import run_plan
+from calibrator.runs import workspace
 
 FRICTIONS = (Parameter("rolling_friction", 0.1, 0.5), Parameter("sliding_friction", 0.2, 0.7))
 KEYS = ("hourglass.bulk_density", "hourglass.drained_equivalent_angle_deg")
@@ -22,15 +25,22 @@ SIXTY = Settings(budget=60)
 
 def respond(points):
     rolling, sliding = points.T
-    return np.column_stack([1650 - 80 * sliding - 50 * rolling**2, 22 + 25 * np.tanh(2 * rolling) + 10 * sliding])
+    return np.column_stack(
+        [1650 - 80 * sliding - 50 * rolling**2, 22 + 25 * np.tanh(2 * rolling) + 10 * sliding]
+    )
 
 
 def problem(values):
-    return Problem(FRICTIONS, tuple(Target(*k.split("."), v, tolerance=0.005) for k, v in zip(KEYS, values, strict=True)))
+    return Problem(
+        FRICTIONS,
+        tuple(Target(*k.split("."), v, tolerance=0.005) for k, v in zip(KEYS, values, strict=True)),
+    )
 
 
 def designed(own, seed, settings=SIXTY, bad=lambda points: np.zeros(len(points), bool)):
-    """Run a design to its end; returns the last proposal, the kinds on the way and the number of runs."""
+    """Run a design to its end; returns the last proposal, the kinds on the way and the number of
+    runs.
+    """
     rng = np.random.default_rng(seed)
     points = np.repeat(sobol(own, 6), [3, 3, 1, 1, 1, 1], axis=0)
     values, kinds = respond(points) + NOISE * rng.standard_normal((len(points), 2)), []
@@ -63,7 +73,8 @@ def test_targets_out_of_reach_are_said_to_be_so_long_before_the_budget():
     assert last.kind == "unreachable" and runs < 30
     assert "cannot be met" in last.sentence and "bulk_density stays -" in last.sentence
     corner = respond(np.array([[0.1, 0.2], [0.5, 0.7]]))
-    assert corner[1, 0] < respond(last.recommended[None])[0, 0] < corner[0, 0]  # a bit of both targets, neither given up
+    # a bit of both targets, neither given up
+    assert corner[1, 0] < respond(last.recommended[None])[0, 0] < corner[0, 0]
 
 
 def test_the_budget_ends_a_design():
@@ -92,7 +103,9 @@ def test_the_chance_is_that_of_a_normal_mean_within_the_band():
     spread = sqrt(6**2 + 4**2 / 3)
     expected = (erf((16 - 10) / spread / sqrt(2)) + erf((16 + 10) / spread / sqrt(2))) / 2
     assert np.exp(chances([target], mean, error, noise, 3))[0] == pytest.approx(expected)
-    far = chances([target], np.array([[1600.0 + d] for d in (500, 1000, 5000)]), np.ones((3, 1)), noise, 3)
+    far = chances(
+        [target], np.array([[1600.0 + d] for d in (500, 1000, 5000)]), np.ones((3, 1)), noise, 3
+    )
     assert np.isfinite(far).all() and (np.diff(far) < 0).all()
 
 
@@ -115,14 +128,18 @@ def test_a_response_that_no_run_has_is_not_met():
     assert not is_met(own.targets, np.array([[1600.0, np.nan]]), NOISE)
 
 
-TIGHT = "".join(f'[targets."{k}"]\ntolerance = 0.002\n' for k in (*KEYS, "hourglass.mass_flow_rate"))
+TIGHT = "".join(
+    f'[targets."{k}"]\ntolerance = 0.002\n' for k in (*KEYS, "hourglass.mass_flow_rate")
+)
 ADAPTIVE = (
     'design = "sobol"\nsets = 14\nreplicates = 2',
     'design = "adaptive"\nsets = 9\nreplicates = 3\nmost_runs = 60\n' + TIGHT,
 )
 
 
-def test_the_workflow_runs_an_adaptive_design_and_never_repeats_a_run(write_case, tmp_path, fake_yade):
+def test_the_workflow_runs_an_adaptive_design_and_never_repeats_a_run(
+    write_case, tmp_path, fake_yade
+):
     path = write_case(ADAPTIVE)
     assert main(["all", str(path), "--results", str(tmp_path / "results")]) == 0
     folder = tmp_path / "results" / "toy"
@@ -159,12 +176,16 @@ def test_only_runs_with_the_case_s_fixed_values_and_inside_its_box_belong(write_
     assert not belongs(case, make_request(case, "ledge", point, 7))
 
 
-def test_an_interrupted_design_first_makes_the_runs_it_had_proposed(write_case, tmp_path, fake_yade):
+def test_an_interrupted_design_first_makes_the_runs_it_had_proposed(
+    write_case, tmp_path, fake_yade
+):
     case = read_case(write_case(ADAPTIVE))
-    space = workflow.Workspace(case, tmp_path / "toy")
+    space = workspace.Workspace(case, tmp_path / "toy")
     space.path.mkdir(parents=True)
     left = make_request(case, "hourglass", np.array([0.2, 0.5, 1e6]), 99)
     made = [{"setup": left.setup, "parameters": left.parameters}]
-    (space.path / "proposals.jsonl").write_text(json.dumps({"sentence": "", "requests": made}) + "\n")
-    workflow.run_plan(space)
+    (space.path / "proposals.jsonl").write_text(
+        json.dumps({"sentence": "", "requests": made}) + "\n"
+    )
+    run_plan(space)
     assert left.run_id in (space.path / "calls.txt").read_text()

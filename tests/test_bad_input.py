@@ -1,4 +1,6 @@
-"""What the fuzz tests found, and what was found on the way to them: each bug with a test of its own."""
+"""What the fuzz tests found, and what was found on the way to them: each bug with a test of its
+own.
+"""
 
 import json
 
@@ -6,15 +8,15 @@ import pytest
 from conftest import LAB
 from fake_yade import contract
 
-from calibrator.case import read_case
+from calibrator.case.problem import checked_value
+from calibrator.case.toml import read_case
+from calibrator.case.vocabulary import SCHEMA
 from calibrator.cli import main
-from calibrator.cost import steps
-from calibrator.database import Database
 from calibrator.errors import CalibratorError
-from calibrator.problem import checked_value
-from calibrator.quantities import SCHEMA
-from calibrator.records import InvalidRecord, Record, read_record
-from calibrator.table import Request
+from calibrator.runs.database import Database
+from calibrator.runs.record import InvalidRecord, Record, read_record
+from calibrator.runs.request import Request
+from calibrator.runs.setups import steps
 
 REQUEST = Request.of("ledge", seed=1)
 
@@ -41,13 +43,19 @@ REQUEST = Request.of("ledge", seed=1)
         ("low = 0.05", 'low = 5e-324\nscale = "log"', "narrow the bounds"),
     ],
 )
-def test_a_case_that_used_to_end_in_a_traceback_or_a_wrong_plan_is_refused(write_case, old, new, why):
+def test_a_case_that_used_to_end_in_a_traceback_or_a_wrong_plan_is_refused(
+    write_case, old, new, why
+):
     with pytest.raises(CalibratorError, match=why):
         read_case(write_case((old, new)))
 
 
 def test_a_truth_that_is_no_number_is_refused(write_case, tmp_path):
-    for text in ('[parameters]\nrolling_friction = "a"\n', "[parameters]\nrolling_friction = []\n", "[other]\nx = 1\n"):
+    for text in (
+        '[parameters]\nrolling_friction = "a"\n',
+        "[parameters]\nrolling_friction = []\n",
+        "[other]\nx = 1\n",
+    ):
         (tmp_path / "truth.toml").write_text(text)
         with pytest.raises(CalibratorError):
             read_case(write_case(('name = "toy"', 'name = "toy"\ntruth_file = "truth.toml"')))
@@ -153,7 +161,15 @@ def test_a_run_that_stands_twice_in_a_database_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments", [[], ["chek", "a.toml"], ["plan"], ["plan", ""], ["plan", "a.toml", "--results", ""], ["plan", "a\nb", "-x\ny"]]
+    "arguments",
+    [
+        [],
+        ["chek", "a.toml"],
+        ["plan"],
+        ["plan", ""],
+        ["plan", "a.toml", "--results", ""],
+        ["plan", "a\nb", "-x\ny"],
+    ],
 )
 def test_a_mistake_on_the_command_line_is_one_line(capsys, arguments):
     with pytest.raises(SystemExit) as caught:
@@ -180,8 +196,12 @@ IMPOSSIBLE = [
 
 
 @pytest.mark.parametrize("name", ["young_modulus", "seed", "rolling_spring"])
-def test_an_impossible_cell_of_a_table_is_bad_input_to_the_scripts_and_the_record_can_be_written(tmp_path, name):
-    """Whatever Python value a cell that somebody wrote by hand becomes in YADE: never an error of the scripts' own."""
+def test_an_impossible_cell_of_a_table_is_bad_input_to_the_scripts_and_the_record_can_be_written(
+    tmp_path, name
+):
+    """Whatever Python value a cell that somebody wrote by hand becomes in YADE: never an error of
+    the scripts' own.
+    """
     for value in IMPOSSIBLE:
         with pytest.raises(contract.BadInput, match=f"^{name} = .*: (give|choose) "):
             contract.checked("hourglass", {name: value})

@@ -3,7 +3,7 @@
 import pytest
 from conftest import LAB
 
-from calibrator.case import read_case
+from calibrator.case.toml import read_case
 from calibrator.errors import CalibratorError
 
 
@@ -22,7 +22,11 @@ def test_the_toy_case_is_read(write_case):
     [
         ("population", "popolation", "did you mean population"),
         ("[plan]", "[plann]", "did you mean plan"),
-        ("[parameters.rolling_friction]", "[parameters.roling_friction]", "did you mean rolling_friction"),
+        (
+            "[parameters.rolling_friction]",
+            "[parameters.roling_friction]",
+            "did you mean rolling_friction",
+        ),
         ("low = 0.2", "low = 0.8", "is not below high"),
         ("low = 0.2", "low = -0.2", "give a value from 0"),
         ("low = 0.2", "low = nan", "give a finite number"),
@@ -37,7 +41,11 @@ def test_the_toy_case_is_read(write_case):
         ("[run]", "[fixed]\nrolling_friction = 0.1\n[run]", "both calibrated and fixed"),
         ("[run]", "[fixed]\nseed = 1\n[run]", "seed cannot be fixed"),
         ("[run]", "[setups.ledge]\nneck_diameter = 0.01\n[run]", "unknown parameter of ledge"),
-        ("[run]", '[targets."hourglass.bulk_densty"]\nweight = 1.0\n[run]', "did you mean hourglass.bulk_density"),
+        (
+            "[run]",
+            '[targets."hourglass.bulk_densty"]\nweight = 1.0\n[run]',
+            "did you mean hourglass.bulk_density",
+        ),
     ],
 )
 def test_a_mistake_in_the_case_is_named_with_its_remedy(write_case, old, new, why):
@@ -57,7 +65,11 @@ def test_a_mistake_in_the_case_is_named_with_its_remedy(write_case, old, new, wh
         ("hourglass,mass_flow_rate", "ledge,mass_flow_rate", "does not measure"),
         ("role\n", "rolle\n", "header must be"),
         (",8,kg/s", ",0,kg/s", "replicates"),
-        ("hourglass,mass_flow_rate,0.026,0.0001,8,kg/s", "hourglass,bulk_density,1,1,1,kg/m3", "more than once"),
+        (
+            "hourglass,mass_flow_rate,0.026,0.0001,8,kg/s",
+            "hourglass,bulk_density,1,1,1,kg/m3",
+            "more than once",
+        ),
     ],
 )
 def test_a_mistake_in_the_lab_file_is_named_with_its_remedy(write_case, old, new, why):

@@ -5,31 +5,40 @@ from pathlib import Path
 
 import pytest
 
-from calibrator import workflow
-from calibrator.case import read_case
+from calibrator.case.toml import read_case
+from calibrator.check import check_case
 from calibrator.cli import main
-from calibrator.cost import particles
-from calibrator.diagnosis import diagnose
+from calibrator.diagnosis.diagnose import diagnose
 from calibrator.errors import CalibratorError
-from calibrator.plan import plan_requests
+from calibrator.plan.requests import plan_requests
+from calibrator.runs import workspace
+from calibrator.runs.setups import particles
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
 
-@pytest.mark.parametrize("path", sorted(p for p in CASES.glob("*.toml") if "\n[plan]" in p.read_text()), ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path",
+    sorted(p for p in CASES.glob("*.toml") if "\n[plan]" in p.read_text()),
+    ids=lambda p: p.stem,
+)
 def test_every_case_is_good(path, tmp_path, fake_yade):
-    space = workflow.Workspace(read_case(path), tmp_path)
-    assert workflow.check_case(space)["runs"] == len(plan_requests(space.case))
+    space = workspace.Workspace(read_case(path), tmp_path)
+    assert check_case(space)["runs"] == len(plan_requests(space.case))
 
 
 def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fake_yade):
     case = read_case(CASES / "quartz_sand_full.toml")
     counts = {
-        r.parameters["particle_radius"]: particles(r) for r in plan_requests(case) if r.parameters["particle_density"] == 2800
+        r.parameters["particle_radius"]: particles(r)
+        for r in plan_requests(case)
+        if r.parameters["particle_density"] == 2800
     }
     assert len(plan_requests(case)) == 810
-    assert counts[0.4e-3] == pytest.approx(33_300, rel=0.01) and counts[0.3e-3] == pytest.approx(78_900, rel=0.01)
-    warnings = workflow.check_case(workflow.Workspace(case, tmp_path))["warnings"]
+    assert counts[0.4e-3] == pytest.approx(33_300, rel=0.01) and counts[0.3e-3] == pytest.approx(
+        78_900, rel=0.01
+    )
+    warnings = check_case(workspace.Workspace(case, tmp_path))["warnings"]
     assert any("Rayleigh time" in w for w in warnings)
     assert sum(p.bits for p in case.problem.parameters) == 40
 
@@ -37,10 +46,15 @@ def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fa
 @pytest.mark.parametrize(("numerics", "warned"), [({}, True), ({"rayleigh_fraction": 0.2}, False)])
 def test_inelastic_grains_at_the_default_step_are_warned_of(tmp_path, fake_yade, numerics, warned):
     case = read_case(CASES / "coarse_sand.toml")
-    problem = dataclasses.replace(case.problem, fixed={**case.problem.fixed, "restitution": 0.5, **numerics})
+    problem = dataclasses.replace(
+        case.problem, fixed={**case.problem.fixed, "restitution": 0.5, **numerics}
+    )
     case = dataclasses.replace(case, problem=problem)
-    warnings = workflow.check_case(workflow.Workspace(case, tmp_path))["warnings"]
-    assert any("restitution below 0.6" in w and "rayleigh_fraction = 0.2" in w for w in warnings) is warned
+    warnings = check_case(workspace.Workspace(case, tmp_path))["warnings"]
+    assert (
+        any("restitution below 0.6" in w and "rayleigh_fraction = 0.2" in w for w in warnings)
+        is warned
+    )
 
 
 def test_the_case_of_the_demo_does_not_contain_the_truth_behind_its_lab():
@@ -58,12 +72,16 @@ def test_the_reduced_case_has_the_papers_parameters_and_enough_replicates():
     grid = read_case(CASES / "quartz_sand_reduced_grid.toml")
     assert grid.problem.setups["hourglass"] == reduced.problem.setups["hourglass"]
     sets = reduced.plan.sets + len(plan_requests(grid))
-    assert sets >= 150 and reduced.plan.replicated_sets >= 0.2 * sets and reduced.plan.replicates >= 3
+    assert (
+        sets >= 150 and reduced.plan.replicated_sets >= 0.2 * sets and reduced.plan.replicates >= 3
+    )
 
 
 def test_cluster_settings_with_two_values_or_shell_text_are_refused(write_case, tmp_path):
     path, site = write_case(("[run]", '[cluster]\npartition = "a"\n[run]')), tmp_path / "site.toml"
-    site.write_text('[cluster]\naccount = "sand"\nmodules = ["yade/2023.02"]\nshell = ["ulimit -c 0"]\n')
+    site.write_text(
+        '[cluster]\naccount = "sand"\nmodules = ["yade/2023.02"]\nshell = ["ulimit -c 0"]\n'
+    )
     cluster = read_case(path, site).cluster
     assert (cluster.partition, cluster.account) == ("a", "sand")
     assert (cluster.modules, cluster.shell) == (("yade/2023.02",), ("ulimit -c 0",))
@@ -89,7 +107,12 @@ def test_the_forecast_on_the_cluster_page_is_what_plan_prints(tmp_path, capsys):
 
 
 def test_the_five_numbers_of_the_paper_cannot_tell_what_is_missing(tmp_path):
-    space = workflow.Workspace(read_case(CASES / "quartz_sand_full.toml"), tmp_path / "quartz_sand_full")
+    space = workspace.Workspace(
+        read_case(CASES / "quartz_sand_full.toml"), tmp_path / "quartz_sand_full"
+    )
     found = diagnose(space)
     assert found["verdict"] == "cannot tell"
-    assert "3 observables against 5 parameters" in found["sentence"] and "measure at least 7 more" in found["sentence"]
+    assert (
+        "3 observables against 5 parameters" in found["sentence"]
+        and "measure at least 7 more" in found["sentence"]
+    )

@@ -5,11 +5,12 @@ import random
 import numpy as np
 import pytest
 
-from calibrator.database import Database, response_table
+from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
-from calibrator.problem import Parameter, Problem, Target
-from calibrator.records import Record
-from calibrator.table import Request
+from calibrator.responses.table import response_table
+from calibrator.runs.database import Database
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
 
 
 def some_records(count=12):
@@ -22,7 +23,15 @@ def some_records(count=12):
         responses = {"bulk_density": rng.uniform(1400, 1600)} if status != "timeout" else {}
         if status == "ok" and setup == "hourglass":
             responses["discharge_time"] = rng.random()
-        records.append(Record(request, status, responses, 'it, "stalled"' if status == "timeout" else "", {"particles": 7}))
+        records.append(
+            Record(
+                request,
+                status,
+                responses,
+                'it, "stalled"' if status == "timeout" else "",
+                {"particles": 7},
+            )
+        )
     return records
 
 
@@ -65,6 +74,10 @@ def test_another_file_is_refused(tmp_path):
 
 
 def test_failed_and_clogged_runs_never_reach_the_interpolation():
-    problem = Problem((Parameter("sliding_friction", 0.1, 0.9),), (Target("hourglass", "discharge_time", 1.0),))
-    points, values = response_table(problem, some_records(), ["hourglass.discharge_time", "ledge.bulk_density"])
+    problem = Problem(
+        (Parameter("sliding_friction", 0.1, 0.9),), (Target("hourglass", "discharge_time", 1.0),)
+    )
+    points, values = response_table(
+        problem, some_records(), ["hourglass.discharge_time", "ledge.bulk_density"]
+    )
     assert len(points) == 10 and np.isfinite(values).sum(axis=1).tolist() == [1] * 10

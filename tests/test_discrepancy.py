@@ -1,10 +1,12 @@
-"""The algebra of a gap: projections, likelihood ratios and probabilities whose distributions are known."""
+"""The algebra of a gap: projections, likelihood ratios and probabilities whose distributions are
+known.
+"""
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from calibrator.discrepancy import (
+from calibrator.diagnosis.gap import (
     Gap,
     absorbed_shares,
     detect,
@@ -51,7 +53,9 @@ def test_the_projection_removes_whatever_the_parameters_can_do(world, rng):
 def test_a_projected_residual_is_made_of_independent_standard_normals(world, rng):
     covariance, jacobian, _ = world
     project = projection(covariance, jacobian)
-    np.testing.assert_allclose(project.matrix @ covariance @ project.matrix.T, np.eye(N - D), atol=1e-8)
+    np.testing.assert_allclose(
+        project.matrix @ covariance @ project.matrix.T, np.eye(N - D), atol=1e-8
+    )
 
 
 def test_the_likelihood_ratio_of_a_pure_fingerprint_returns_its_amplitude(world):
@@ -87,7 +91,9 @@ def test_a_duplicated_observable_changes_nothing(world, rng):
 
 def test_observables_that_repeat_others_are_found(rng):
     samples = rng.normal(size=(200, 3))
-    correlation = np.corrcoef(np.column_stack([samples, 3 - 2 * samples[:, 0], samples[:, 1] + samples[:, 2]]).T)
+    correlation = np.corrcoef(
+        np.column_stack([samples, 3 - 2 * samples[:, 0], samples[:, 1] + samples[:, 2]]).T
+    )
     assert repeated(correlation) == [(3, 0)]
 
 
@@ -127,7 +133,10 @@ def test_an_effect_of_the_smallest_detectable_size_is_detected_four_times_in_fiv
     prints = fingerprints(NAMES, SIGNS, changes, project)
     rng, size = np.random.default_rng(3), smallest_detectable(prints)
     noise = project(draws(covariance, 300, rng).T).T
-    found = [detect(r + size[1] * prints.columns[:, 1], prints, np.inf, rng).p_effect < 0.03 for r in noise[:150]]
+    found = [
+        detect(r + size[1] * prints.columns[:, 1], prints, np.inf, rng).p_effect < 0.03
+        for r in noise[:150]
+    ]
     assert np.mean(found) > 0.8
 
 
@@ -160,7 +169,11 @@ def test_the_probabilities_of_places_are_uniform_where_there_is_no_gap(world):
 
 def test_a_covariance_that_is_none_is_refused(world):
     covariance, jacobian, _ = world
-    for spoiled, says in ((np.full((N, N), np.nan), "finite"), (-covariance, "no error"), (covariance * 0, "no error")):
+    for spoiled, says in (
+        (np.full((N, N), np.nan), "finite"),
+        (-covariance, "no error"),
+        (covariance * 0, "no error"),
+    ):
         with pytest.raises(CalibratorError, match=says):
             projection(spoiled, jacobian)
 

@@ -1,4 +1,6 @@
-"""The example of docs/effects.md, carried out as a reader would: an entry in the contract and a function in effects.py."""
+"""The example of docs/effects.md, carried out as a reader would: an entry in the contract and a
+function in effects.py.
+"""
 
 import json
 import re
@@ -16,7 +18,10 @@ pytestmark = pytest.mark.yade
 def blocks():
     """The indented blocks of the page."""
     text = (REPO / "docs" / "effects.md").read_text()
-    return [textwrap.dedent(block) for block in re.findall(r"(?:^    .*\n|^\n(?=    ))+", text, re.MULTILINE)]
+    return [
+        textwrap.dedent(block)
+        for block in re.findall(r"(?:^    .*\n|^\n(?=    ))+", text, re.MULTILINE)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -36,16 +41,36 @@ def scripts(tmp_path_factory):
 def run_by_hand(scripts, folder, **columns):
     """Record of a small ledge with these columns."""
     folder.mkdir()
-    given = dict(description="run", box_length=12e-3, box_width=6e-3, fill_height=6e-3, young_modulus=1e6, **columns)
-    (folder / "t.table").write_text(" ".join(given) + "\n" + " ".join(map(str, given.values())) + "\n")
+    given = dict(
+        description="run",
+        box_length=12e-3,
+        box_width=6e-3,
+        fill_height=6e-3,
+        young_modulus=1e6,
+        **columns,
+    )
+    (folder / "t.table").write_text(
+        " ".join(given) + "\n" + " ".join(map(str, given.values())) + "\n"
+    )
     environment = {"PATH": "/usr/bin:/bin", "YADE_BATCH": "t.table:2", "HOME": str(folder)}
-    subprocess.run(["yade", "-n", "-x", str(scripts / "ledge.py")], cwd=folder, env=environment, capture_output=True, timeout=120)
+    subprocess.run(
+        ["yade", "-n", "-x", str(scripts / "ledge.py")],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        timeout=120,
+    )
     return json.loads((folder / "records" / "run.json").read_text())
 
 
 def test_the_example_of_an_own_effect_acts_as_it_says(scripts, tmp_path):
     """Gravity four times as strong: the same grains fall in half the time."""
-    plain, charged = (run_by_hand(scripts, tmp_path / str(q), base_attraction=q) for q in (0.0, 3.0))
+    plain, charged = (
+        run_by_hand(scripts, tmp_path / str(q), base_attraction=q) for q in (0.0, 3.0)
+    )
     assert plain["status"] == charged["status"] == "ok"
-    assert "base_attraction" not in plain["parameters"] and charged["parameters"]["base_attraction"] == 3.0
+    assert (
+        "base_attraction" not in plain["parameters"]
+        and charged["parameters"]["base_attraction"] == 3.0
+    )
     assert charged["diagnostics"]["filling_time"] < 0.75 * plain["diagnostics"]["filling_time"]

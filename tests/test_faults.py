@@ -1,6 +1,8 @@
-"""What is kept when something dies, fills up, or lies: each kind of fault of benchmarks/faults.py once, on the fake YADE.
+"""What is kept when something dies, fills up, or lies: each kind of fault of benchmarks/faults.py
+once, on the fake YADE.
 
-The campaign, `python -m benchmarks.faults`, injects each of them many times at random moments, and some into the real YADE.
+The campaign, `python -m benchmarks.faults`, injects each of them many times at random moments, and
+some into the real YADE.
 """
 
 import json
@@ -24,14 +26,19 @@ def found(tmp_path_factory):
     """What each kind of fault did. A process of its own, as mounts have to be private."""
     path = tmp_path_factory.mktemp("faults") / "found.json"
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.faults", "--quick", "--to", path], cwd=REPO, capture_output=True, text=True
+        [sys.executable, "-m", "benchmarks.faults", "--quick", "--to", path],
+        cwd=REPO,
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stderr
     return json.loads(path.read_text())
 
 
 def costs_nothing(found, *names):
-    """Nothing finished lost, nothing repeated without need, the same database, no traceback, and the end that was expected."""
+    """Nothing finished lost, nothing repeated without need, the same database, no traceback, and
+    the end that was expected.
+    """
     for name in names:
         (kind,) = [k.name for k in KINDS if re.match(rf"{re.escape(name)}\b(?!-)", k.name)]
         if kind in found["not_possible_here"]:
@@ -102,12 +109,18 @@ def test_a_run_that_cannot_succeed_is_kept_with_its_reason_and_not_tried_for_eve
 
 
 def test_every_kind_of_fault_was_injected(found):
-    assert {f["kind"] for f in found["faults"]} | set(found["not_possible_here"]) == {k.name for k in KINDS}
+    assert {f["kind"] for f in found["faults"]} | set(found["not_possible_here"]) == {
+        k.name for k in KINDS
+    }
     assert sum(k.fake + k.real for k in KINDS) >= 200
 
 
 def test_every_promise_of_the_readme_names_a_test_that_is_here():
-    rows = [line for line in (REPO / "README.md").read_text().splitlines() if re.match(r"  \| .*`test_\w+` \|$", line)]
+    rows = [
+        line
+        for line in (REPO / "README.md").read_text().splitlines()
+        if re.match(r"  \| .*`test_\w+` \|$", line)
+    ]
     assert len(rows) >= 14
     for row in rows:
         assert callable(globals()[re.search(r"`(test_\w+)` \|$", row)[1]])
@@ -136,7 +149,11 @@ def test_the_judge_finds_nothing_where_nothing_happened(stage):
 def test_the_judge_notices_a_lost_record(stage):
     stage.record(min(stage.finished)).unlink()
     verdict = judge(stage)
-    assert (verdict.lost_finished_runs, verdict.repeated_without_need, verdict.wrong_answers) == (1, 1, 0)
+    assert (verdict.lost_finished_runs, verdict.repeated_without_need, verdict.wrong_answers) == (
+        1,
+        1,
+        0,
+    )
 
 
 def test_the_judge_notices_a_wrong_number_that_nobody_reported(stage):
@@ -156,7 +173,12 @@ def test_the_judge_notices_a_traceback_and_a_driver_that_fails(stage):
     stage.ends.append(type(stage.run())(1, "Traceback (most recent call last):"))
     verdict = judge(stage)
     assert verdict.tracebacks == 1 and "status 2" in verdict.happened and verdict.wrong_answers == 1
-    assert counted([{"happened": verdict.happened, "yade": "fake", **{key: 1 for key in COUNTS}}])["unexpected"] == 1
+    assert (
+        counted([{"happened": verdict.happened, "yade": "fake", **{key: 1 for key in COUNTS}}])[
+            "unexpected"
+        ]
+        == 1
+    )
 
 
 # What the user is told

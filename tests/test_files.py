@@ -1,4 +1,6 @@
-"""What a case names stays inside its project, what a run leaves stays inside its results, and files are whole or not there."""
+"""What a case names stays inside its project, what a run leaves stays inside its results, and files
+are whole or not there.
+"""
 
 import fcntl
 import io
@@ -12,15 +14,20 @@ import pytest
 from conftest import LAB
 from fake_yade import contract
 
-from calibrator import findings, plan_runs, workflow
-from calibrator.case import read_case
+from calibrator.case.toml import read_case
+from calibrator.case.vocabulary import SCRIPTS
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.files import named_file, parse_json, read_arrays, write_text
-from calibrator.quantities import SCRIPTS
-from calibrator.records import InvalidRecord, read_record
-from calibrator.runner import RunFolder, run
-from calibrator.table import Request, write_table
+from calibrator.plan import forecast
+from calibrator.plan.run import note_proposal, proposed
+from calibrator.report import findings
+from calibrator.runs import workspace
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.local import run
+from calibrator.runs.record import InvalidRecord, read_record
+from calibrator.runs.request import Request, write_table
+from calibrator.verification.verify import verification_requests
 
 # What a case names
 
@@ -36,7 +43,9 @@ def project(tmp_path):
     return tmp_path / "project" / "cases" / "x.toml"
 
 
-@pytest.mark.parametrize("name", ["lab.csv", "inner/lab.csv", "./lab.csv", "../grid/runs.csv", "../lab.csv"])
+@pytest.mark.parametrize(
+    "name", ["lab.csv", "inner/lab.csv", "./lab.csv", "../grid/runs.csv", "../lab.csv"]
+)
 def test_a_case_may_name_files_of_its_folder_and_of_the_one_above(project, name):
     assert named_file(project, name, "measured") == project.parent / name
 
@@ -47,7 +56,9 @@ def test_a_case_may_name_files_of_its_folder_and_of_the_one_above(project, name)
      "away.csv", "../out/secret.csv", "a\0b", "inner/../lab.csv"],
 )  # fmt: skip
 def test_a_path_that_leaves_the_project_is_refused_with_a_remedy(project, name):
-    with pytest.raises(CalibratorError, match="measured = .* leaves the case's folder: put the file into") as caught:
+    with pytest.raises(
+        CalibratorError, match="measured = .* leaves the case's folder: put the file into"
+    ) as caught:
         named_file(project, name, "measured")
     assert str(caught.value).isprintable()
 
@@ -56,7 +67,10 @@ def test_a_path_that_leaves_the_project_is_refused_with_a_remedy(project, name):
     ("key", "change"),
     [
         ("measured", ('"lab.csv"', '"/etc/passwd"')),
-        ("truth_file", ("[parameters.rolling", 'truth_file = "../../truth.toml"\n[parameters.rolling')),
+        (
+            "truth_file",
+            ("[parameters.rolling", 'truth_file = "../../truth.toml"\n[parameters.rolling'),
+        ),
         ("run.shipped", ("jobs = 1", 'shipped = "../../runs.csv"')),
         ("verify.shipped", ("[verify]", '[verify]\nshipped = "/tmp/runs.csv"')),
         ("validate.shipped", ("[verify]", '[validate]\nshipped = "a/../../runs.csv"\n[verify]')),
@@ -174,18 +188,27 @@ def test_the_wrapper_opens_no_lock_that_is_a_link(tmp_path, fake_yade, link):
         text=True,
     )
     assert done.returncode == 2 and "is a symbolic link: remove it" in done.stderr
-    assert not (tmp_path / "records").exists() and [p.name for p in (tmp_path / "outside").iterdir()] == ["victim"]
+    assert not (tmp_path / "records").exists() and [
+        p.name for p in (tmp_path / "outside").iterdir()
+    ] == ["victim"]
     assert (tmp_path / "outside" / "victim").read_text() == "mine"
 
 
 def test_a_lock_that_is_never_released_ends_in_a_timeout(tmp_path, fake_yade):
-    """A YADE that hangs may have lost its driver and its clock to kill -9; the run that waits for it must not hang too."""
+    """A YADE that hangs may have lost its driver and its clock to kill -9; the run that waits for
+    it must not hang too.
+    """
     write_table(tmp_path / "runs.table", [Request.of("ledge")])
     (tmp_path / "locks").mkdir()
     limited = {**os.environ, "YADE_BATCH": "runs.table:2", "CALIBRATOR_TIME_LIMIT": "0.2"}
     with open(tmp_path / "locks" / Request.of("ledge").run_id, "w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
-        done = subprocess.run(["sh", SCRIPTS / "run_yade.sh", "-x", "scripts/ledge.py"], cwd=tmp_path, env=limited, timeout=60)
+        done = subprocess.run(
+            ["sh", SCRIPTS / "run_yade.sh", "-x", "scripts/ledge.py"],
+            cwd=tmp_path,
+            env=limited,
+            timeout=60,
+        )
     assert done.returncode == 124 and not (tmp_path / "calls.txt").exists()
 
 
@@ -223,13 +246,29 @@ def bytes_of(save, *arrays, **named):
     return stream.getvalue()
 
 
-def test_a_pickle_in_the_arrays_of_a_run_is_refused_with_one_line_and_never_loaded(tmp_path, monkeypatch):
+def test_a_pickle_in_the_arrays_of_a_run_is_refused_with_one_line_and_never_loaded(
+    tmp_path, monkeypatch
+):
     mark, path = tmp_path / "mark", tmp_path / "r.npz"
     spell = np.array([Spell(mark)], dtype=object)
-    for data in (bytes_of(np.savez, filled=spell), bytes_of(np.save, spell), pickle.dumps(Spell(mark))):
+    for data in (
+        bytes_of(np.savez, filled=spell),
+        bytes_of(np.save, spell),
+        pickle.dumps(Spell(mark)),
+    ):
         path.write_bytes(data)
-        about = type("F", (), {"space": type("S", (), {"runs": type("R", (), {"curves": lambda self, run_id: path})()})()})()
-        with pytest.raises(CalibratorError, match="is damaged .*: delete it and its record") as caught:
+        about = type(
+            "F",
+            (),
+            {
+                "space": type(
+                    "S", (), {"runs": type("R", (), {"curves": lambda self, run_id: path})()}
+                )()
+            },
+        )()
+        with pytest.raises(
+            CalibratorError, match="is damaged .*: delete it and its record"
+        ) as caught:
             findings.arrays_of(about, type("Run", (), {"run_id": "r"})())
         assert str(caught.value).isprintable() and not mark.exists()
 
@@ -239,11 +278,25 @@ def test_every_np_load_of_the_project_refuses_pickles():
     from pathlib import Path
 
     repo = Path(__file__).resolve().parent.parent
-    for path in [p for f in ("calibrator", "yade_scripts", "benchmarks", "cases", "tests") for p in (repo / f).glob("*.py")]:
+    for path in [
+        p
+        for f in ("calibrator", "yade_scripts", "benchmarks", "cases", "tests")
+        for p in (repo / f).glob("*.py")
+    ]:
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and ast.unparse(node.func) == "np.load":
-                assert all(k.arg != "allow_pickle" or k.value.value is False for k in node.keywords), path
-            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("pickle.load", "pickle.loads", "joblib.load"):
+            if (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Attribute)
+                and ast.unparse(node.func) == "np.load"
+            ):
+                assert all(
+                    k.arg != "allow_pickle" or k.value.value is False for k in node.keywords
+                ), path
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in (
+                "pickle.load",
+                "pickle.loads",
+                "joblib.load",
+            ):
                 raise AssertionError(f"{path} unpickles")
 
 
@@ -255,7 +308,12 @@ def test_damaged_arrays_are_a_value_error(tmp_path, what):
         with archive.open("filled.npy", "w") as member:
             for _ in range(300):
                 member.write(bytes(2**20))
-    data = {"half": good[: len(good) // 2], "garbage": b"PK\x03\x04" + bytes(99), "text": b"hello", "bomb": bomb.getvalue()}
+    data = {
+        "half": good[: len(good) // 2],
+        "garbage": b"PK\x03\x04" + bytes(99),
+        "text": b"hello",
+        "bomb": bomb.getvalue(),
+    }
     path.write_bytes(data[what] if what in data else bytes_of(np.savez, filled=np.array(["a"])))
     with pytest.raises(ValueError):
         read_arrays(path)
@@ -305,14 +363,17 @@ def test_json_with_python_s_liberties_is_a_value_error(text):
 def test_a_damaged_summary_is_one_line_for_every_verb(write_case, tmp_path, capsys, state, verb):
     (tmp_path / "out" / "toy").mkdir(parents=True)
     (tmp_path / "out" / "toy" / "summary.json").write_text(state)
-    assert main([verb, str(write_case(("sets = 14", "sets = 2"))), "--results", str(tmp_path / "out")]) == 2
+    assert (
+        main([verb, str(write_case(("sets = 14", "sets = 2"))), "--results", str(tmp_path / "out")])
+        == 2
+    )
     error = capsys.readouterr().err
     assert "summary.json is damaged" in error and error.count("\n") == 1
 
 
 def test_a_summary_edited_by_hand_is_not_believed(write_case, tmp_path):
-    space = workflow.Workspace(read_case(write_case(("sets = 14", "sets = 2"))), tmp_path / "toy")
-    workflow.plan(space)
+    space = workspace.Workspace(read_case(write_case(("sets = 14", "sets = 2"))), tmp_path / "toy")
+    forecast.plan(space)
     assert space.outcome("plan")["runs"] == 4
     path = space.path / "summary.json"
     path.write_text(path.read_text().replace('"runs": 4', '"runs": 5', 1))
@@ -321,19 +382,34 @@ def test_a_summary_edited_by_hand_is_not_believed(write_case, tmp_path):
 
 
 def test_a_case_that_changed_since_calibrate_is_told_so(write_case, tmp_path):
-    space = workflow.Workspace(read_case(write_case()), tmp_path / "toy")
+    space = workspace.Workspace(read_case(write_case()), tmp_path / "toy")
     parameters = {"rolling_friction": 0.2, "sliding_friction": 0.5, "young_modulus": 1e6}
     predicted = {t.key: {"mean": 1.0, "error": 0.0} for t in space.case.problem.targets}
-    space.note("calibrate", {"candidates": {"compromise": {"parameters": parameters, "predicted": predicted}}})
-    assert len(workflow.verification_requests(space)["compromise"]) == 4
-    for change in (("[parameters.sliding_friction]\nlow = 0.2\nhigh = 0.7\nsamples = 4\n", ""), ("low = 0.2", "low = 0.6")):
-        other = workflow.Workspace(read_case(write_case(change)), tmp_path / "toy")
-        with pytest.raises(CalibratorError, match="has changed since calibrate: run `calibrator calibrate"):
-            workflow.verification_requests(other)
+    space.note(
+        "calibrate",
+        {"candidates": {"compromise": {"parameters": parameters, "predicted": predicted}}},
+    )
+    assert len(verification_requests(space)["compromise"]) == 4
+    for change in (
+        ("[parameters.sliding_friction]\nlow = 0.2\nhigh = 0.7\nsamples = 4\n", ""),
+        ("low = 0.2", "low = 0.6"),
+    ):
+        other = workspace.Workspace(read_case(write_case(change)), tmp_path / "toy")
+        with pytest.raises(
+            CalibratorError, match="has changed since calibrate: run `calibrator calibrate"
+        ):
+            verification_requests(other)
 
 
 @pytest.mark.parametrize(
-    "state", ["[]", '{"a": 1}', '{"a": {"kind": "ok", "message": "", "attempts": 1}}', '{"a": {"kind": 1}}', "[" * 9999]
+    "state",
+    [
+        "[]",
+        '{"a": 1}',
+        '{"a": {"kind": "ok", "message": "", "attempts": 1}}',
+        '{"a": {"kind": 1}}',
+        "[" * 9999,
+    ],
 )
 def test_a_damaged_list_of_failures_is_one_line(tmp_path, state):
     (tmp_path / "failures.json").write_text(state)
@@ -342,14 +418,14 @@ def test_a_damaged_list_of_failures_is_one_line(tmp_path, state):
 
 
 def test_a_log_of_proposals_is_whole_after_every_write(write_case, tmp_path, monkeypatch):
-    from calibrator.adaptive import Proposal
+    from calibrator.plan.adaptive import Proposal
 
-    space = workflow.Workspace(read_case(write_case()), tmp_path / "toy")
+    space = workspace.Workspace(read_case(write_case()), tmp_path / "toy")
     proposal = Proposal("explore", np.zeros((1, 3)), np.zeros(3), 0.1, "a run")
     for seed in (1, 2):
-        plan_runs.note_proposal(space, proposal, [Request.of("ledge", seed=seed)])
-    assert [r.parameters["seed"] for r in plan_runs.proposed(space)] == [1, 2]
+        note_proposal(space, proposal, [Request.of("ledge", seed=seed)])
+    assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError):
-        plan_runs.note_proposal(space, proposal, [Request.of("ledge", seed=3)])
-    assert [r.parameters["seed"] for r in plan_runs.proposed(space)] == [1, 2]
+        note_proposal(space, proposal, [Request.of("ledge", seed=3)])
+    assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]

@@ -1,4 +1,7 @@
-"""Damaged input of every kind is accepted and means what it says, or is refused with one line. See benchmarks/fuzzing.py."""
+"""Damaged input of every kind is accepted and means what it says, or is refused with one line.
+
+See benchmarks/fuzzing.py.
+"""
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -16,7 +19,13 @@ def yard(tmp_path_factory):
 
 @pytest.mark.parametrize("name", KINDS)
 def test_damaged_input_is_never_a_traceback_a_hang_or_a_silent_default(yard, name):
-    @settings(max_examples=FEW, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
+    @settings(
+        max_examples=FEW,
+        deadline=None,
+        database=None,
+        derandomize=True,
+        suppress_health_check=list(HealthCheck),
+    )
     @given(st.deferred(lambda: KINDS[name].draw(yard)))
     def one(drawn):
         use(yard, name, drawn)

@@ -1,4 +1,6 @@
-"""Laboratories with a secret (benchmarks/hidden.py, benchmarks/hidden_effect.py), as far as they need no run."""
+"""Laboratories with a secret (benchmarks/hidden.py, benchmarks/hidden_effect.py), as far as they
+need no run.
+"""
 
 import hashlib
 import json
@@ -7,10 +9,10 @@ import numpy as np
 import pytest
 
 from benchmarks import hidden, hidden_effect
-from calibrator import experiments as ex
-from calibrator.case import read_case
-from calibrator.cost import contact_time, time_step
-from calibrator.design import sobol
+from calibrator.case.physics import contact_time, time_step
+from calibrator.case.toml import read_case
+from calibrator.diagnosis import experiments as ex
+from calibrator.plan.design import sobol
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +33,9 @@ def sealed_folder(tmp_path, hides, verdict, effects):
     (folder / "commitment.txt").write_text(hashlib.sha256(text.encode()).hexdigest() + "\n")
     results = tmp_path / "results" / "secret"
     results.mkdir(parents=True)
-    (results / "summary.json").write_text(json.dumps({"diagnose": {"verdict": verdict, "effects": effects, "sentence": ""}}))
+    (results / "summary.json").write_text(
+        json.dumps({"diagnose": {"verdict": verdict, "effects": effects, "sentence": ""}})
+    )
     return folder, results.parent
 
 
@@ -52,14 +56,18 @@ def sealed_folder(tmp_path, hides, verdict, effects):
         ({"bond_number": 0.5}, "cannot tell", [], False),
     ],
 )
-def test_the_score_compares_the_verdict_with_the_sealed_truth(tmp_path, hides, verdict, effects, right):
+def test_the_score_compares_the_verdict_with_the_sealed_truth(
+    tmp_path, hides, verdict, effects, right
+):
     folder, results = sealed_folder(tmp_path, hides, verdict, effects)
     assert hidden.score(folder, results)["right"] is right
 
 
 def test_a_truth_that_was_changed_after_its_hash_was_published_is_refused(tmp_path):
     folder, results = sealed_folder(tmp_path, {}, "no gap", [])
-    (folder / "sealed.json").write_text((folder / "sealed.json").read_text().replace("{}", '{"tilt_deg": 4.0}'))
+    (folder / "sealed.json").write_text(
+        (folder / "sealed.json").read_text().replace("{}", '{"tilt_deg": 4.0}')
+    )
     with pytest.raises(SystemExit, match="the seal is broken"):
         hidden.score(folder, results)
 
@@ -72,20 +80,36 @@ def test_the_laboratory_steps_finer_than_the_model_and_has_stiffer_grains(case):
         model, laboratory = numbers(ex.request(case, e, at, 1)), numbers(own[0])
         assert laboratory["young_modulus"] == hidden.STIFFER * model["young_modulus"]
         assert time_step(laboratory) == pytest.approx(hidden.FINER * time_step(model))
-        assert time_step(laboratory) < 0.28 * contact_time(laboratory)  # or it would not come to rest
+        # or it would not come to rest
+        assert time_step(laboratory) < 0.28 * contact_time(laboratory)
         moist = 0.0 if e.name in ("conical_pile@dried", "hourglass@dried_flow") else 0.5
-        assert laboratory.get("bond_number", 0.0) == moist and laboratory["size_spread"] == hidden.JITTER
+        assert (
+            laboratory.get("bond_number", 0.0) == moist
+            and laboratory["size_spread"] == hidden.JITTER
+        )
 
 
 def test_no_seed_serves_two_runs_of_pools_laboratories_and_surfaces(case):
     found, effects = ex.experiments(case, case.observables), ex.library(case)
     points = sobol(case.problem, case.diagnosis.sets)
-    surfaces = [*ex.plain_requests(case, found, points), *ex.change_requests(case, found, effects, points)]
+    surfaces = [
+        *ex.plain_requests(case, found, points),
+        *ex.change_requests(case, found, effects, points),
+    ]
     seeds = [r.parameters["seed"] for own in surfaces for r in own]
-    pools = [r.parameters["seed"] for one in hidden_effect.classes(case) for own in one.requests for r in own]
+    pools = [
+        r.parameters["seed"]
+        for one in hidden_effect.classes(case)
+        for own in one.requests
+        for r in own
+    ]
     for n in (0, hidden.SEEDS - 1):
         own = hidden.laboratory_requests(
-            case, hidden.truth_of(case, {}, np.random.default_rng(n)), found, hidden.LAB_SEED + hidden.SEED_STRIDE * n, 5
+            case,
+            hidden.truth_of(case, {}, np.random.default_rng(n)),
+            found,
+            hidden.LAB_SEED + hidden.SEED_STRIDE * n,
+            5,
         )
         seeds += [r.parameters["seed"] for runs in own for r in runs]
     assert len(set(seeds + pools)) == len(seeds) + len(pools)
@@ -114,7 +138,13 @@ def test_a_balance_that_is_off_moves_weights_and_nothing_else(case):
 
 def test_an_outside_effect_reaches_the_runs_that_it_concerns(case):
     found = ex.experiments(case, case.observables)
-    for name, column, value in ((n, *item) for n, own in hidden.OUTSIDE.items() for item in own.items()):
+    for name, column, value in (
+        (n, *item) for n, own in hidden.OUTSIDE.items() for item in own.items()
+    ):
         truth = hidden.truth_of(case, {name: 1.0}, np.random.default_rng(1))
-        runs = [r for own in hidden.laboratory_requests(case, truth, found, hidden.LAB_SEED, 1) for r in own]
+        runs = [
+            r
+            for own in hidden.laboratory_requests(case, truth, found, hidden.LAB_SEED, 1)
+            for r in own
+        ]
         assert {r.parameters[column] for r in runs if column in r.parameters} == {value}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from calibrator.identifiability import identify
-from calibrator.problem import Parameter, Problem, Target
+from calibrator.case.problem import Parameter, Problem, Target
+from calibrator.search.identifiability import identify
 
 PARAMETERS = (Parameter("rolling_friction", 0.0, 1.0), Parameter("sliding_friction", 0.0, 2.0))
 KEYS = ["hourglass.bulk_density", "ledge.bulk_density", "conical_pile.bulk_density"]
@@ -15,7 +15,9 @@ TRUTH = np.array([0.5, 1.0])
 
 
 class Linear:
-    """Responses 1000 + points @ slopes with a constant standard error; like a real interpolant it refuses to extrapolate."""
+    """Responses 1000 + points @ slopes with a constant standard error; like a real interpolant it
+    refuses to extrapolate.
+    """
 
     responses = KEYS
     noise = np.zeros(3)
@@ -35,7 +37,11 @@ class Linear:
 def problem(values, parameters=PARAMETERS, **options):
     options = options or {"scatter": ERROR}
     return Problem(
-        parameters, tuple(Target(k.split(".")[0], "bulk_density", v, **options) for k, v in zip(KEYS, values, strict=True))
+        parameters,
+        tuple(
+            Target(k.split(".")[0], "bulk_density", v, **options)
+            for k, v in zip(KEYS, values, strict=True)
+        ),
     )
 
 
@@ -51,8 +57,12 @@ def test_profile_intervals_of_a_linear_model_are_those_of_its_covariance():
     found = identify(problem(exact(Linear())), Linear(), samples=2**10)
     expected = standard_errors(SLOPES, ERROR)
     for i, profile in enumerate(found.parameters):
-        np.testing.assert_allclose(profile.interval_68, TRUTH[i] + expected[i] * np.array([-1, 1]), rtol=2e-3)
-        np.testing.assert_allclose(profile.interval_95, TRUTH[i] + expected[i] * 1.96 * np.array([-1, 1]), rtol=2e-3)
+        np.testing.assert_allclose(
+            profile.interval_68, TRUTH[i] + expected[i] * np.array([-1, 1]), rtol=2e-3
+        )
+        np.testing.assert_allclose(
+            profile.interval_95, TRUTH[i] + expected[i] * 1.96 * np.array([-1, 1]), rtol=2e-3
+        )
         assert profile.best == pytest.approx(TRUTH[i], rel=1e-4)
     assert found.chi2 == pytest.approx(0, abs=1e-6) and found.assumed == ()
 
@@ -60,8 +70,11 @@ def test_profile_intervals_of_a_linear_model_are_those_of_its_covariance():
 def test_profile_curve_is_the_parabola_of_a_linear_model():
     found = identify(problem(exact(Linear())), Linear(), samples=2**8)
     profile, error = found.parameters[0], standard_errors(SLOPES, ERROR)[0]
-    middle = np.abs(profile.positions - 0.5) < 0.15  # further out the other parameter meets its bound
-    np.testing.assert_allclose(profile.chi2[middle], ((profile.positions[middle] - 0.5) / error) ** 2, rtol=1e-3, atol=1e-6)
+    # further out the other parameter meets its bound
+    middle = np.abs(profile.positions - 0.5) < 0.15
+    np.testing.assert_allclose(
+        profile.chi2[middle], ((profile.positions[middle] - 0.5) / error) ** 2, rtol=1e-3, atol=1e-6
+    )
     assert middle.sum() > 10 and (np.diff(profile.positions) >= 0).all()
     assert profile.positions[0] == 0 and profile.positions[-1] == 1
 
@@ -87,7 +100,9 @@ def test_intervals_cover_the_truth_as_often_as_they_claim():
     for _ in range(200):
         values = exact(model) + ERROR * rng.normal(size=3)
         profiles = identify(problem(values), model, samples=2**6, positions=11).parameters
-        covered += [p.interval_95[0] <= t <= p.interval_95[1] for p, t in zip(profiles, TRUTH, strict=True)]
+        covered += [
+            p.interval_95[0] <= t <= p.interval_95[1] for p, t in zip(profiles, TRUTH, strict=True)
+        ]
     assert (covered / 200 > 0.9).all() and (covered / 200 < 0.99).all()
 
 
@@ -115,14 +130,21 @@ def test_correlation_of_a_linear_model_is_that_of_its_covariance():
 
 
 def test_error_of_the_interpolant_widens_the_intervals_in_quadrature():
-    sharp, blurred = (identify(problem(exact(Linear())), Linear(std=s), samples=2**8).parameters[0] for s in (0.0, 2 * ERROR))
-    assert np.diff(blurred.interval_68) == pytest.approx(np.sqrt(5) * np.diff(sharp.interval_68), rel=0.01)
+    sharp, blurred = (
+        identify(problem(exact(Linear())), Linear(std=s), samples=2**8).parameters[0]
+        for s in (0.0, 2 * ERROR)
+    )
+    assert np.diff(blurred.interval_68) == pytest.approx(
+        np.sqrt(5) * np.diff(sharp.interval_68), rel=0.01
+    )
 
 
 def test_target_without_scatter_is_used_with_half_its_tolerance_and_named():
     found = identify(problem(exact(Linear()), tolerance=0.01), Linear(), samples=2**8)
     assert found.assumed == tuple(KEYS)
-    assert np.diff(found.parameters[0].interval_68)[0] / 2 == pytest.approx(standard_errors(SLOPES, 5.3)[0], rel=0.05)
+    assert np.diff(found.parameters[0].interval_68)[0] / 2 == pytest.approx(
+        standard_errors(SLOPES, 5.3)[0], rel=0.05
+    )
 
 
 def test_interval_ends_at_the_box_where_the_truth_does():
@@ -139,7 +161,8 @@ def test_curved_ridge_is_followed_by_the_profile():
 
     found = identify(problem([1050.0] * 3, scatter=1.0), Product(), samples=2**12)
     low = found.parameters[0].interval_95[0]
-    assert low == pytest.approx((0.5 - 1.96 * 0.01 / np.sqrt(3)) / 2, rel=0.01)  # where the product needs the other's bound
+    # where the product needs the other's bound
+    assert low == pytest.approx((0.5 - 1.96 * 0.01 / np.sqrt(3)) / 2, rel=0.01)
     assert found.parameters[0].interval_95[1] == 1
 
 
@@ -159,7 +182,8 @@ def test_steep_curved_valley_is_followed_from_few_samples():
 
 def test_profile_at_the_walls_of_the_box_is_bounded_least_squares():
     slopes = np.array([[100.0, 20.0, 50.0], [40.0, 10.0, 30.0], [10.0, -30.0, 40.0]])
-    model, values = Linear(slopes), [1230.0, 1010.0, 1100.0]  # the unbounded solution lies outside the box
+    # the unbounded solution lies outside the box
+    model, values = Linear(slopes), [1230.0, 1010.0, 1100.0]
     parameters = (*PARAMETERS, Parameter("poisson_ratio", 0.0, 0.5))
     high = np.array([1.0, 2.0, 0.5])
     profiles = identify(problem(values, parameters), model, samples=2**6, positions=9).parameters
@@ -177,8 +201,12 @@ def test_interval_of_a_curved_response_ends_where_its_chi2_does():
             return 1000 + 100 * points**3 * [1, 0, 0]
 
     one = (Parameter("rolling_friction", 0.0, 1.0),)
-    found = identify(problem([1021.6, 1000.0, 1000.0], one, scatter=5.0), Cube(), samples=2**6, positions=7).parameters[0]
-    np.testing.assert_allclose(found.interval_95, np.cbrt((21.6 + 1.96 * 5 * np.array([-1, 1])) / 100), rtol=3e-3)
+    found = identify(
+        problem([1021.6, 1000.0, 1000.0], one, scatter=5.0), Cube(), samples=2**6, positions=7
+    ).parameters[0]
+    np.testing.assert_allclose(
+        found.interval_95, np.cbrt((21.6 + 1.96 * 5 * np.array([-1, 1])) / 100), rtol=3e-3
+    )
     assert found.best == pytest.approx(0.6, rel=1e-4)
 
 
@@ -196,8 +224,12 @@ def test_profile_finds_a_narrow_basin_at_every_position_of_an_idle_parameter():
 def test_interval_far_narrower_than_the_spacing_of_positions_is_resolved():
     slopes = SLOPES * 1e3
     found = identify(problem(exact(Linear(slopes))), Linear(slopes), samples=2**8)
-    for profile, expected, true in zip(found.parameters, standard_errors(slopes, ERROR), TRUTH, strict=True):
-        np.testing.assert_allclose(np.array(profile.interval_95) - true, 1.96 * expected * np.array([-1, 1]), rtol=0.01)
+    for profile, expected, true in zip(
+        found.parameters, standard_errors(slopes, ERROR), TRUTH, strict=True
+    ):
+        np.testing.assert_allclose(
+            np.array(profile.interval_95) - true, 1.96 * expected * np.array([-1, 1]), rtol=0.01
+        )
 
 
 def test_accepted_sets_are_distributed_as_the_likelihood():
@@ -210,12 +242,16 @@ def test_accepted_sets_stay_in_the_box_and_reach_its_walls():
     model = Linear([[100, 20, 50], [0, 0, 0]])
     accepted = identify(problem(exact(model)), model, samples=2**8).accepted[:, 1]
     assert accepted.min() >= 0 and accepted.max() <= 2
-    np.testing.assert_allclose(np.histogram(accepted, 4, (0, 2))[0] / len(accepted), 0.25, atol=0.05)
+    np.testing.assert_allclose(
+        np.histogram(accepted, 4, (0, 2))[0] / len(accepted), 0.25, atol=0.05
+    )
 
 
 def test_single_parameter_has_a_profile_too():
     one = (Parameter("rolling_friction", 0.0, 1.0),)
     model = Linear([[100, 20, 50]])
     found = identify(problem(model.predict(np.array([[0.5]]))[0], one), model, samples=2**6)
-    assert np.diff(found.parameters[0].interval_68)[0] / 2 == pytest.approx(ERROR / np.linalg.norm([100, 20, 50]), rel=1e-3)
+    assert np.diff(found.parameters[0].interval_68)[0] / 2 == pytest.approx(
+        ERROR / np.linalg.norm([100, 20, 50]), rel=1e-3
+    )
     np.testing.assert_allclose(found.correlation, [[1]])

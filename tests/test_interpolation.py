@@ -8,9 +8,10 @@ from scipy.stats import qmc
 from sklearn.gaussian_process import GaussianProcessRegressor
 
 from calibrator.errors import CalibratorError
-from calibrator.gaussian_process import FEWEST_DEGREES, JITTER, GaussianProcess
-from calibrator.interpolation import average_replicates, box_sample, seed_noise
-from calibrator.multilinear import Multilinear
+from calibrator.responses.box import box_sample
+from calibrator.responses.gaussian_process import FEWEST_DEGREES, JITTER, GaussianProcess
+from calibrator.responses.interpolant import average_replicates, seed_noise
+from calibrator.responses.multilinear import Multilinear
 
 LOW, HIGH = np.array([0.1, 5e6]), np.array([0.5, 5e8])
 BOUNDS = np.array([LOW, HIGH])
@@ -20,7 +21,9 @@ NOISE = np.array([0.3, 2.0])
 
 def smooth(points):
     u, v = ((points - LOW) / (HIGH - LOW)).T
-    return np.column_stack([25 + 12 * np.tanh(2 * u) + 3 * u * v, 1500 - 80 * u + 30 * np.sin(2 * v)])
+    return np.column_stack(
+        [25 + 12 * np.tanh(2 * u) + 3 * u * v, 1500 - 80 * u + 30 * np.sin(2 * v)]
+    )
 
 
 def bilinear(points):
@@ -29,7 +32,9 @@ def bilinear(points):
 
 
 def grid(*samples):
-    axes = [np.linspace(low, high, count) for low, high, count in zip(LOW, HIGH, samples, strict=True)]
+    axes = [
+        np.linspace(low, high, count) for low, high, count in zip(LOW, HIGH, samples, strict=True)
+    ]
     return np.array(list(itertools.product(*axes)))
 
 
@@ -43,7 +48,9 @@ def design(count):
 
 def noisy_runs(count, replicates, seed=1):
     points = np.repeat(design(count), replicates, axis=0)
-    return points, smooth(points) + NOISE * np.random.default_rng(seed).normal(size=(len(points), 2))
+    return points, smooth(points) + NOISE * np.random.default_rng(seed).normal(
+        size=(len(points), 2)
+    )
 
 
 def process(points, values, **options):
@@ -64,19 +71,24 @@ def test_multilinear_does_not_depend_on_the_order_of_the_runs():
     points = grid(3, 4)
     shuffled = points[np.random.default_rng(3).permutation(len(points))]
     np.testing.assert_array_equal(
-        multilinear(points, smooth(points)).predict(inside(20)), multilinear(shuffled, smooth(shuffled)).predict(inside(20))
+        multilinear(points, smooth(points)).predict(inside(20)),
+        multilinear(shuffled, smooth(shuffled)).predict(inside(20)),
     )
 
 
 def test_multilinear_passes_through_the_mean_of_replicates():
     points = np.repeat(grid(2, 2), 2, axis=0)
     values = np.column_stack([np.arange(8.0), np.arange(8.0) ** 2])
-    np.testing.assert_allclose(multilinear(points, values).predict(grid(2, 2)), values.reshape(4, 2, 2).mean(axis=1))
+    np.testing.assert_allclose(
+        multilinear(points, values).predict(grid(2, 2)), values.reshape(4, 2, 2).mean(axis=1)
+    )
 
 
 def test_multilinear_names_the_missing_grid_point():
     points = np.delete(grid(3, 3), 4, axis=0)
-    with pytest.raises(CalibratorError, match=r"1 of 9 points .*rolling_friction = 0.3, young_modulus = 2.525e\+08"):
+    with pytest.raises(
+        CalibratorError, match=r"1 of 9 points .*rolling_friction = 0.3, young_modulus = 2.525e\+08"
+    ):
         multilinear(points, smooth(points))
 
 
@@ -89,7 +101,10 @@ def test_multilinear_refuses_a_scattered_design_without_listing_its_whole_grid()
 def test_multilinear_names_an_unmeasured_response():
     values = smooth(grid(2, 2))
     values[2, 1] = np.nan
-    with pytest.raises(CalibratorError, match=r"b was not measured .*rolling_friction = 0.5, young_modulus = 5e\+06"):
+    with pytest.raises(
+        CalibratorError,
+        match=r"b was not measured .*rolling_friction = 0.5, young_modulus = 5e\+06",
+    ):
         multilinear(grid(2, 2), values)
 
 
@@ -102,7 +117,9 @@ def test_multilinear_refuses_an_axis_with_one_value():
 def test_multilinear_error_is_seed_noise_averaged_over_the_surrounding_runs():
     points = np.repeat(grid(2, 2), 4, axis=0)
     model = multilinear(points, bilinear(points), noise=NOISE)
-    corner, edge, centre = model.predict_with_error(np.array([LOW, [0.3, 5e6], (LOW + HIGH) / 2]))[1]
+    corner, edge, centre = model.predict_with_error(np.array([LOW, [0.3, 5e6], (LOW + HIGH) / 2]))[
+        1
+    ]
     np.testing.assert_allclose(corner, NOISE / 2)
     np.testing.assert_allclose(edge, NOISE / 2 / np.sqrt(2))
     np.testing.assert_allclose(centre, NOISE / 2 / 2)
@@ -120,20 +137,26 @@ def test_dropped_lines_show_the_curvature_of_each_axis():
     model = Multilinear.fit(points, np.column_stack([u**2, u + v + u * v]), ["curved", "bilinear"])
     error = model.leave_one_out()[0] - model.values
     inner, corner = (u > 0) & (u < 1), np.isin(u, (0, 1)) & np.isin(v, (0, 1))
-    np.testing.assert_allclose(error[inner, 0], 0.25**2)  # spacing squared: half the second derivative times it
+    # spacing squared: half the second derivative times it
+    np.testing.assert_allclose(error[inner, 0], 0.25**2)
     np.testing.assert_allclose(error[~corner, 1], 0, atol=1e-12)
     assert np.isnan(error[corner]).all() and corner.sum() == 4
 
 
 def test_dropped_lines_of_an_uneven_grid_are_bridged_in_proportion():
     points = np.array([[0.0], [1.0], [4.0], [5.0]])
-    model = Multilinear.fit(points, np.hstack([2 * points, points**2]), ["straight", "curved"], noise=np.zeros(2))
+    model = Multilinear.fit(
+        points, np.hstack([2 * points, points**2]), ["straight", "curved"], noise=np.zeros(2)
+    )
     predictions = model.leave_one_out()[0]
-    np.testing.assert_allclose(predictions[1:3], [[2, 4], [8, 19]])  # chords 0-4 and 1-5 of the square at 1 and 4
+    # chords 0-4 and 1-5 of the square at 1 and 4
+    np.testing.assert_allclose(predictions[1:3], [[2, 4], [8, 19]])
 
 
 def test_dropped_line_scatter_contains_own_and_neighbours_noise():
-    model = Multilinear.fit(np.array([[0.0], [1.0], [2.0]]), np.zeros((3, 1)), ["a"], noise=np.array([2.0]))
+    model = Multilinear.fit(
+        np.array([[0.0], [1.0], [2.0]]), np.zeros((3, 1)), ["a"], noise=np.array([2.0])
+    )
     np.testing.assert_allclose(model.leave_one_out()[1][1], 2 * np.sqrt(1 + 0.25 + 0.25))
 
 
@@ -170,12 +193,16 @@ def test_process_leave_one_out_equals_refitting_without_the_point():
         alpha = (model.noise[column] / one.scale) ** 2 / model.counts[:, column] + JITTER
         for i in (0, 7, 14):
             keep = np.arange(15) != i
-            refit = GaussianProcessRegressor(one.regressor.kernel_, alpha=alpha[keep], optimizer=None).fit(
-                unit[keep], standard[keep]
-            )
+            refit = GaussianProcessRegressor(
+                one.regressor.kernel_, alpha=alpha[keep], optimizer=None
+            ).fit(unit[keep], standard[keep])
             mean, latent = refit.predict(unit[[i]], return_std=True)
-            assert predictions[i, column] == pytest.approx(one.centre + one.scale * mean[0], rel=1e-7)
-            assert std[i, column] == pytest.approx(one.scale * np.sqrt(latent[0] ** 2 + alpha[i]), rel=1e-6)
+            assert predictions[i, column] == pytest.approx(
+                one.centre + one.scale * mean[0], rel=1e-7
+            )
+            assert std[i, column] == pytest.approx(
+                one.scale * np.sqrt(latent[0] ** 2 + alpha[i]), rel=1e-6
+            )
 
 
 def test_process_leave_one_out_scatter_is_predicted():
@@ -189,10 +216,14 @@ def test_process_keeps_a_run_for_the_responses_that_it_measured():
     whole = process(points, values)
     values[:6, 1] = np.nan
     partial = process(points, values)
-    np.testing.assert_array_equal(partial.predict(inside(20))[:, 0], whole.predict(inside(20))[:, 0])
+    np.testing.assert_array_equal(
+        partial.predict(inside(20))[:, 0], whole.predict(inside(20))[:, 0]
+    )
     assert np.isnan(partial.leave_one_out()[0][:, 1]).sum() == 3
     without = GaussianProcess.fit(points[6:], values[6:, 1:], ["b"], BOUNDS)
-    np.testing.assert_allclose(partial.predict(inside(20))[:, 1], without.predict(inside(20))[:, 0], rtol=1e-9)
+    np.testing.assert_allclose(
+        partial.predict(inside(20))[:, 1], without.predict(inside(20))[:, 0], rtol=1e-9
+    )
 
 
 def test_process_of_averages_with_counts_equals_the_process_of_single_runs():
@@ -200,7 +231,9 @@ def test_process_of_averages_with_counts_equals_the_process_of_single_runs():
     averaged, means, counts = average_replicates(points, values)
     single = process(points, values, noise=NOISE)
     np.testing.assert_allclose(
-        process(averaged, means, noise=NOISE, counts=counts[:, 0]).predict(inside(9)), single.predict(inside(9)), rtol=1e-9
+        process(averaged, means, noise=NOISE, counts=counts[:, 0]).predict(inside(9)),
+        single.predict(inside(9)),
+        rtol=1e-9,
     )
     assert single.noise_source == "given"
 
@@ -213,7 +246,7 @@ def test_same_seed_gives_the_same_process_bit_for_bit():
 def test_a_kernel_from_a_part_of_the_points_serves_a_process_through_all(monkeypatch):
     points, values = noisy_runs(60, 1)
     exact = process(points, values, noise=NOISE)
-    monkeypatch.setattr("calibrator.gaussian_process.KERNEL_POINTS", 30)
+    monkeypatch.setattr("calibrator.responses.gaussian_process.KERNEL_POINTS", 30)
     model = process(points, values, noise=NOISE)
     assert len(model.points) == 60
     kernels = [m._processes[0].regressor.kernel_.theta for m in (model, exact)]
@@ -226,20 +259,24 @@ def test_a_kernel_from_a_part_of_the_points_serves_a_process_through_all(monkeyp
 
 
 def test_a_process_through_too_many_points_says_what_to_do(monkeypatch):
-    monkeypatch.setattr("calibrator.gaussian_process.MOST_POINTS", 20)
+    monkeypatch.setattr("calibrator.responses.gaussian_process.MOST_POINTS", 20)
     with pytest.raises(CalibratorError, match="at most 20.*multilinear"):
         process(*noisy_runs(21, 1), noise=NOISE)
 
 
 def test_process_needs_two_more_points_than_parameters():
     points, values = noisy_runs(3, 2)
-    with pytest.raises(CalibratorError, match="a was measured at 3 distinct points: give at least 4"):
+    with pytest.raises(
+        CalibratorError, match="a was measured at 3 distinct points: give at least 4"
+    ):
         process(points, values)
 
 
 def test_pooled_noise_of_two_points_is_the_textbook_value():
     points = np.array([[0.0], [0.0], [1.0], [1.0], [1.0], [2.0]])
-    values = np.array([[1.0, 1.0], [3.0, np.nan], [5.0, 2.0], [5.0, 4.0], [8.0, 6.0], [100.0, 100.0]])
+    values = np.array(
+        [[1.0, 1.0], [3.0, np.nan], [5.0, 2.0], [5.0, 4.0], [8.0, 6.0], [100.0, 100.0]]
+    )
     std, degrees = seed_noise(points, values)
     np.testing.assert_allclose(std, [np.sqrt((2 + 6) / 3), np.sqrt(8 / 2)])
     np.testing.assert_array_equal(degrees, [3, 2])
@@ -248,7 +285,8 @@ def test_pooled_noise_of_two_points_is_the_textbook_value():
 def test_pooled_noise_recovers_known_noise_whatever_the_surface():
     points, values = noisy_runs(200, 3)
     std, degrees = seed_noise(points, values)
-    np.testing.assert_allclose(std, NOISE, rtol=0.11)  # three standard errors, 1 / sqrt(2 * 400) each
+    # three standard errors, 1 / sqrt(2 * 400) each
+    np.testing.assert_allclose(std, NOISE, rtol=0.11)
     np.testing.assert_array_equal(degrees, 400)
 
 
@@ -267,7 +305,9 @@ def test_process_takes_the_noise_from_replicates_where_there_are_enough():
 def test_process_estimates_the_noise_where_replicates_are_too_few():
     points, values = noisy_runs(40, 1)
     few = np.r_[np.arange(40), np.arange(FEWEST_DEGREES - 1)]
-    model = process(points[few], values[few] + np.random.default_rng(9).normal(size=(len(few), 2)) * 1e-3)
+    model = process(
+        points[few], values[few] + np.random.default_rng(9).normal(size=(len(few), 2)) * 1e-3
+    )
     assert model.noise_source == "estimated"
     assert (model.noise > NOISE / 2).all() and (model.noise < NOISE * 2).all()
 
@@ -283,7 +323,9 @@ def test_noise_source_is_mixed_where_responses_differ():
 def test_query_outside_the_box_is_refused_with_parameter_and_range(fit):
     model = fit(grid(3, 3), smooth(grid(3, 3)))
     for verb in (model.predict, model.predict_with_error):
-        with pytest.raises(CalibratorError, match=r"young_modulus = 6e\+08 lies outside 5e\+06 to 5e\+08"):
+        with pytest.raises(
+            CalibratorError, match=r"young_modulus = 6e\+08 lies outside 5e\+06 to 5e\+08"
+        ):
             verb(np.array([[0.2, 1e8], [0.2, 6e8]]))
         with pytest.raises(CalibratorError, match="rolling_friction = nan"):
             verb(np.array([[np.nan, 1e8]]))

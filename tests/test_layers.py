@@ -1,68 +1,101 @@
-"""Imports run downwards only, heavy libraries live in one module each, and the two Pythons never meet."""
+"""Imports run downwards only, heavy libraries live in one module each, and the two Pythons never
+meet.
+"""
 
 import ast
 from pathlib import Path
 
 REPO = Path(__file__).resolve().parent.parent
-LAYERS = [
-    ["errors", "threads"],
-    ["files", "discrepancy", "surface"],
-    ["quantities"],
-    ["problem"],
-    ["lab", "design", "table"],
-    ["case", "records"],
-    ["database", "interpolation", "verification", "identification"],
-    ["objectives", "multilinear", "gaussian_process"],
-    ["coordinates"],
-    ["cost", "nsga2", "selection", "identifiability", "sensitivity"],
-    ["plan", "runner", "adaptive"],
-    ["cluster", "verdict", "experiments"],
-    ["workspace"],
-    ["plan_runs", "diagnosis_runs"],
-    ["workflow", "sentences", "preflight"],
-    ["diagnosis"],
-    ["plot"],
-    ["page", "scenes", "plot_diagnosis"],
-    ["findings", "diagnosis_page"],
-    ["report_calibration", "report_runs"],
-    ["report"],
+FLOORS = [
+    ["ground"],
+    ["case"],
+    ["runs"],
+    ["responses"],
+    ["plan"],
+    ["search", "diagnosis"],
+    ["verification"],
+    ["check", "report", "terminal"],
     ["cli"],
 ]
+GROUND = {"errors", "files", "threads"}  # single modules that everything may use
 FENCED = {
-    "pymoo": {"nsga2"},
-    "moocore": {"nsga2"},
-    "matplotlib": {"plot"},
-    "subprocess": {"runner", "cluster"},
-    "sklearn": {"gaussian_process"},
+    "pymoo": {"search.nsga2"},
+    "moocore": {"search.nsga2"},
+    "matplotlib": {"report.figures"},
+    "subprocess": {"runs.local", "runs.slurm"},
+    "sklearn": {"responses.gaussian_process"},
     "threadpoolctl": {"threads"},
-    "pandas": {"database"},
+    "pandas": {"runs.database"},
 }
 
 
 def imports(path):
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
-            yield from ([node.module] if node.module != "calibrator" else [f"calibrator.{a.name}" for a in node.names])
+            yield from (
+                [node.module]
+                if node.module != "calibrator"
+                else [f"calibrator.{a.name}" for a in node.names]
+            )
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
 
 
-def test_every_module_has_a_layer_and_imports_only_lower_ones():
-    rank = {name: i for i, layer in enumerate(LAYERS) for name in layer}
-    modules = {p.stem: p for p in (REPO / "calibrator").glob("*.py") if p.stem != "__init__"}
-    assert set(modules) == set(rank)
-    for name, path in modules.items():
-        for module in imports(path):
-            if module.startswith("calibrator.") and module != "calibrator.__version__":
-                below = module.split(".")[1]
-                assert rank[below] < rank[name], f"{name} imports {below}"
+def modules():
+    """Path of every module by its dotted name below calibrator, packages' own docstrings left out."""
+    root = REPO / "calibrator"
+    return {
+        ".".join(p.relative_to(root).with_suffix("").parts): p
+        for p in root.rglob("*.py")
+        if p.name != "__init__.py"
+    }
 
 
-def test_heavy_libraries_are_imported_in_one_module_each():
-    for path in (REPO / "calibrator").glob("*.py"):
-        for module in imports(path):
-            allowed = FENCED.get(module.split(".")[0])
-            assert allowed is None or path.stem in allowed, f"{path.stem} imports {module}"
+def own_imports(path):
+    """The modules below calibrator that a file imports."""
+    known = modules()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "calibrator":
+            base = node.module.removeprefix("calibrator").removeprefix(".")
+            for alias in node.names:
+                inner = f"{base}.{alias.name}".removeprefix(".")
+                if inner in known or base in known:
+                    yield inner if inner in known else base
+
+
+def room(module):
+    first = module.split(".")[0]
+    return "ground" if first in GROUND else first
+
+
+def test_every_room_has_a_floor_and_imports_run_downwards_only():
+    floor = {name: i for i, row in enumerate(FLOORS) for name in row}
+    assert {room(module) for module in modules()} == set(floor)
+    for module, path in modules().items():
+        for below in own_imports(path):
+            if room(below) != room(module):
+                assert floor[room(below)] < floor[room(module)], f"{module} imports {below}"
+
+
+def test_no_circle_of_imports_within_a_room():
+    graph = {module: set(own_imports(path)) for module, path in modules().items()}
+    while ends := [module for module, below in graph.items() if not below & graph.keys()]:
+        for module in ends:
+            del graph[module]
+    assert not graph, f"in a circle, or above one: {sorted(graph)}"
+
+
+def test_the_tour_of_the_design_names_the_floors_as_they_are():
+    line = " -> ".join(", ".join(row) for row in reversed(FLOORS))
+    assert line in " ".join((REPO / "DESIGN.md").read_text().split())
+
+
+def test_heavy_libraries_are_imported_in_one_module_or_room_each():
+    for module, path in modules().items():
+        for name in imports(path):
+            allowed = FENCED.get(name.split(".")[0])
+            homes = {module, module.rpartition(".")[0]}
+            assert allowed is None or homes & allowed, f"{module} imports {name}"
 
 
 def test_the_yade_side_uses_yade_numpy_and_the_standard_library_only():
@@ -72,7 +105,9 @@ def test_the_yade_side_uses_yade_numpy_and_the_standard_library_only():
     for path in (REPO / "yade_scripts").glob("*.py"):
         for module in imports(path):
             top = module.split(".")[0]
-            assert top in own | {"yade", "numpy"} or top in sys.stdlib_module_names, f"{path.name} imports {module}"
+            assert top in own | {"yade", "numpy"} or top in sys.stdlib_module_names, (
+                f"{path.name} imports {module}"
+            )
 
 
 def test_the_measurements_can_be_imported_without_yade():

@@ -23,8 +23,15 @@ def locked(name):
 @pytest.mark.parametrize(
     ("name", "asked"),
     [
-        ("requirements.lock", PROJECT["project"]["dependencies"] + PROJECT["build-system"]["requires"]),
-        ("requirements-test.lock", PROJECT["project"]["dependencies"] + PROJECT["project"]["optional-dependencies"]["test"]),
+        (
+            "requirements.lock",
+            PROJECT["project"]["dependencies"] + PROJECT["build-system"]["requires"],
+        ),
+        (
+            "requirements-test.lock",
+            PROJECT["project"]["dependencies"]
+            + PROJECT["project"]["optional-dependencies"]["test"],
+        ),
     ],
 )
 def test_every_dependency_is_locked_to_one_release_with_hashes(name, asked):
@@ -47,7 +54,18 @@ def test_a_lock_file_names_no_package_index(name):
 
 def test_make_installs_nothing_but_what_is_locked():
     recipe = (REPO / "Makefile").read_text()
-    installs = [line for line in recipe.splitlines() if "pip" in line and "install" in line and ".venv-lock" not in line]
+    installs = [
+        line
+        for line in recipe.splitlines()
+        if "pip" in line and "install" in line and ".venv-lock" not in line
+    ]
     assert installs == ["PIP := $(BIN)/pip install -q --disable-pip-version-check"]
-    assert "LOCKED := $(PIP) --require-hashes -r" in recipe and "OWN := $(PIP) --no-deps --no-build-isolation -e ." in recipe
-    assert all(line.split()[0] in ("PIP", "LOCKED", "OWN") for line in recipe.splitlines() if "$(PIP)" in line)
+    assert (
+        "LOCKED := $(PIP) --require-hashes -r" in recipe
+        and "OWN := $(PIP) --no-deps --no-build-isolation -e ." in recipe
+    )
+    assert all(
+        line.split()[0] in ("PIP", "LOCKED", "OWN")
+        for line in recipe.splitlines()
+        if "$(PIP)" in line
+    )

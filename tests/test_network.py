@@ -1,4 +1,6 @@
-"""During a run nothing listens where another machine could reach it, and where that cannot be had one line says so."""
+"""During a run nothing listens where another machine could reach it, and where that cannot be had
+one line says so.
+"""
 
 import logging
 import shutil
@@ -9,9 +11,10 @@ from pathlib import Path
 import pytest
 from conftest import processes_in
 
-from calibrator import runner
-from calibrator.runner import RunFolder, run
-from calibrator.table import Request
+from calibrator.runs import local
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.local import run
+from calibrator.runs.request import Request
 
 LISTEN = "0A"  # state of a socket in /proc/net/tcp
 LOOPBACK = ("0100007F", "0" * 24 + "01000000", "0" * 16 + "FFFF0000" + "0100007F")
@@ -25,7 +28,11 @@ def listening(process="self"):
             lines = Path(f"/proc/{process}/net/{table}").read_text().splitlines()[1:]
         except OSError:
             continue  # it ended meanwhile
-        found |= {(cells[1].split(":")[0], cells[9]) for cells in map(str.split, lines) if cells[3] == LISTEN}
+        found |= {
+            (cells[1].split(":")[0], cells[9])
+            for cells in map(str.split, lines)
+            if cells[3] == LISTEN
+        }
     return found
 
 
@@ -45,10 +52,14 @@ def sockets_of(processes):
 
 @pytest.mark.yade
 def test_during_a_run_no_server_of_yade_can_be_reached_from_another_machine(tmp_path):
-    """yade-batch listens on every address and YADE on loopback: both in a namespace that has no way out."""
+    """yade-batch listens on every address and YADE on loopback: both in a namespace that has no way
+    out.
+    """
     folder = RunFolder(tmp_path / "runs")
     box = dict(box_length=16e-3, box_width=8e-3, fill_height=10e-3, young_modulus=1e6, seed=3)
-    thread = threading.Thread(target=lambda: run(folder, [Request.of("ledge", **box)], jobs=1, attempts=1))
+    thread = threading.Thread(
+        target=lambda: run(folder, [Request.of("ledge", **box)], jobs=1, attempts=1)
+    )
     thread.start()
     open_to_others, inside, seen = set(), set(), 0
     while thread.is_alive():
@@ -64,20 +75,24 @@ def test_during_a_run_no_server_of_yade_can_be_reached_from_another_machine(tmp_
     assert not open_to_others
 
 
-def test_without_unshare_the_driver_says_in_one_line_what_can_be_reached(tmp_path, monkeypatch, caplog):
+def test_without_unshare_the_driver_says_in_one_line_what_can_be_reached(
+    tmp_path, monkeypatch, caplog
+):
     for program in ("yade", "yade-batch", "setpriv"):
         (tmp_path / program).symlink_to(shutil.which("true"))
     monkeypatch.setenv("PATH", str(tmp_path))
     with caplog.at_level(logging.WARNING):
-        assert runner.yade_batch_command() == ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
+        assert local.yade_batch_command() == ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
     (record,) = caplog.records
     assert "status page" in record.getMessage() and "\n" not in record.getMessage()
 
 
-def test_with_a_namespace_the_batch_is_started_inside_it_and_nothing_is_said(tmp_path, monkeypatch, caplog):
+def test_with_a_namespace_the_batch_is_started_inside_it_and_nothing_is_said(
+    tmp_path, monkeypatch, caplog
+):
     for program in ("yade", "yade-batch", "setpriv", "unshare"):
         (tmp_path / program).symlink_to(shutil.which("true"))
     monkeypatch.setenv("PATH", str(tmp_path))
     with caplog.at_level(logging.WARNING):
-        assert runner.yade_batch_command()[:3] == ["unshare", "--map-root-user", "--net"]
+        assert local.yade_batch_command()[:3] == ["unshare", "--map-root-user", "--net"]
     assert not caplog.records

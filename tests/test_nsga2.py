@@ -1,11 +1,14 @@
-"""The genetic algorithm against its encoding, its operators' promises and a front that can be written down."""
+"""The genetic algorithm against its encoding, its operators' promises and a front that can be
+written down.
+"""
 
 import numpy as np
 import pytest
 
 from benchmarks.nsga2 import search_with_pymoo
+from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
-from calibrator.nsga2 import (
+from calibrator.search.nsga2 import (
     Settings,
     _crossed,
     _first_of_each,
@@ -17,7 +20,6 @@ from calibrator.nsga2 import (
     generational_distance,
     search,
 )
-from calibrator.problem import Parameter, Problem, Target
 
 TARGETS = (Target("hourglass", "bulk_density", 1530.0),)
 SPACE = Problem(
@@ -34,7 +36,9 @@ SMALL = Settings(population=60, generations=15, snapshots=(0, 5, 15, 99))
 
 
 def zdt1(points):
-    """Zitzler, Deb and Thiele's first problem on the unit box: the front is f2 = 1 - sqrt(f1), where all but x1 are 0."""
+    """Zitzler, Deb and Thiele's first problem on the unit box: the front is f2 = 1 - sqrt(f1),
+    where all but x1 are 0.
+    """
     x = (points - SPACE.low) / (SPACE.high - SPACE.low)
     g = 1 + 9 * x[:, 1:].mean(axis=1)
     return np.column_stack([x[:, 0], g * (1 - np.sqrt(x[:, 0] / g))])
@@ -42,7 +46,9 @@ def zdt1(points):
 
 @pytest.fixture(scope="module")
 def found():
-    return search(SPACE, zdt1, Settings(population=120, generations=80, snapshots=(0,)), names=("f1", "f2"))
+    return search(
+        SPACE, zdt1, Settings(population=120, generations=80, snapshots=(0,)), names=("f1", "f2")
+    )
 
 
 def dominated(objectives):
@@ -68,11 +74,17 @@ def test_decoded_chromosomes_encode_to_themselves():
 
 def test_encoding_is_that_of_the_papers_example():
     frictions = Problem(
-        (Parameter("rolling_friction", 0.1, 0.5, bits=4), Parameter("sliding_friction", 0.2, 0.7, bits=5)), TARGETS
+        (
+            Parameter("rolling_friction", 0.1, 0.5, bits=4),
+            Parameter("sliding_friction", 0.2, 0.7, bits=5),
+        ),
+        TARGETS,
     )
     bits = encode(frictions, np.array([[0.2862, 0.5387]]))
     assert "".join(map(str, bits[0].astype(int))) == "011110101"
-    np.testing.assert_allclose(decode(frictions, bits)[0], [0.1 + 7 * 0.4 / 15, 0.2 + 21 * 0.5 / 31])
+    np.testing.assert_allclose(
+        decode(frictions, bits)[0], [0.1 + 7 * 0.4 / 15, 0.2 + 21 * 0.5 / 31]
+    )
 
 
 def test_codes_are_evenly_spaced_with_the_precision_of_table_5():
@@ -106,12 +118,16 @@ def test_fronts_of_all_generations_are_first_fronts_and_the_best_is_never_lost(f
 def test_front_of_a_random_population_leaves_its_dominated_members_out():
     result = search(SPACE, zdt1, Settings(population=60, generations=0, snapshots=(0,)))
     assert len(result.points) < 60
-    assert rows(result.objectives) == rows(result.snapshots[0][1][~dominated(result.snapshots[0][1])])
+    assert rows(result.objectives) == rows(
+        result.snapshots[0][1][~dominated(result.snapshots[0][1])]
+    )
 
 
 def test_every_generation_evaluates_a_population_of_offspring():
     sizes = []
-    search(SPACE, lambda x: (sizes.append(len(x)), zdt1(x))[1], Settings(population=60, generations=7))
+    search(
+        SPACE, lambda x: (sizes.append(len(x)), zdt1(x))[1], Settings(population=60, generations=7)
+    )
     assert sizes == [60] * 8
 
 
@@ -154,7 +170,9 @@ def test_without_crossover_and_mutation_nothing_new_is_created():
 
 def test_a_population_beyond_the_encoding_holds_each_value_once():
     tiny = Problem((Parameter("rolling_friction", 0.1, 0.5, bits=3),), TARGETS)
-    result = search(tiny, lambda x: np.column_stack([x[:, 0], -x[:, 0]]), Settings(population=50, generations=5))
+    result = search(
+        tiny, lambda x: np.column_stack([x[:, 0], -x[:, 0]]), Settings(population=50, generations=5)
+    )
     np.testing.assert_allclose(result.points[:, 0], np.linspace(0.1, 0.5, 8))
 
 
@@ -178,14 +196,20 @@ def test_each_bit_flips_with_the_mutation_probability():
 
 
 def test_tournament_prefers_rank_then_crowding():
-    pair = _Population(np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([0, 1]), np.array([0.1, 9.0]))
-    crowd = _Population(np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([1, 1]), np.array([9.0, 2.0]))
+    pair = _Population(
+        np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([0, 1]), np.array([0.1, 9.0])
+    )
+    crowd = _Population(
+        np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([1, 1]), np.array([9.0, 2.0])
+    )
     for population in (pair, crowd):
         assert not _tournament(population, (20, 2), np.random.default_rng(0)).any()
 
 
 def test_tournament_lets_every_member_enter_equally_often():
-    equals = _Population(np.zeros((10, 1), bool), np.zeros((10, 1)), np.zeros(10, int), np.full(10, np.inf))
+    equals = _Population(
+        np.zeros((10, 1), bool), np.zeros((10, 1)), np.zeros(10, int), np.full(10, np.inf)
+    )
     wins = np.bincount(_tournament(equals, (5000, 2), np.random.default_rng(0)).ravel())
     np.testing.assert_allclose(wins, 1000, atol=100)
 
@@ -200,11 +224,15 @@ def test_a_chromosome_counts_as_repeated_only_where_every_bit_agrees(length):
     np.testing.assert_array_equal(_first_of_each(bits), expected)
 
 
-@pytest.mark.parametrize(("population", "crossover", "mutation"), [(60, 0.9, 0.01), (7, 0.5, 0.05), (31, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    ("population", "crossover", "mutation"), [(60, 0.9, 0.01), (7, 0.5, 0.05), (31, 0.0, 0.0)]
+)
 @pytest.mark.parametrize("objectives", [1, 2, 3])
 def test_the_search_is_that_of_pymoo_bit_for_bit(population, crossover, mutation, objectives):
     def evaluate(points):
-        return np.column_stack([zdt1(points), np.round(points[:, 0] + points[:, 1], 2)])[:, :objectives]
+        return np.column_stack([zdt1(points), np.round(points[:, 0] + points[:, 1], 2)])[
+            :, :objectives
+        ]
 
     settings, names = Settings(population, 20, crossover, mutation), ("f1", "f2", "f3")[:objectives]
     ours = search(SPACE, evaluate, settings, names)
@@ -215,14 +243,22 @@ def test_the_search_is_that_of_pymoo_bit_for_bit(population, crossover, mutation
 
 
 def test_a_single_objective_finds_its_minimum():
-    result = search(SPACE, lambda x: (x[:, [0]] - 0.3) ** 2, Settings(population=60, generations=30), names=("error",))
+    result = search(
+        SPACE,
+        lambda x: (x[:, [0]] - 0.3) ** 2,
+        Settings(population=60, generations=30),
+        names=("error",),
+    )
     assert result.objectives.shape[1] == 1
     assert np.abs(result.points[:, 0] - 0.3).max() < 0.4 / 255
 
 
 @pytest.mark.parametrize(
     ("evaluate", "message"),
-    [(lambda x: np.full((len(x), 2), np.nan), "not finite"), (lambda x: np.zeros((len(x), 3)), "one column per objective")],
+    [
+        (lambda x: np.full((len(x), 2), np.nan), "not finite"),
+        (lambda x: np.zeros((len(x), 3)), "one column per objective"),
+    ],
 )
 def test_objectives_that_cannot_be_ranked_are_refused(evaluate, message):
     with pytest.raises(CalibratorError, match=message):
@@ -230,7 +266,15 @@ def test_objectives_that_cannot_be_ranked_are_refused(evaluate, message):
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"population": 1}, {"generations": -1}, {"crossover": 1.1}, {"mutation": -0.1}, {"seed": -1}, {"snapshots": (-1,)}]
+    "wrong",
+    [
+        {"population": 1},
+        {"generations": -1},
+        {"crossover": 1.1},
+        {"mutation": -0.1},
+        {"seed": -1},
+        {"snapshots": (-1,)},
+    ],
 )
 def test_impossible_settings_are_refused_by_name(wrong):
     with pytest.raises(CalibratorError, match=next(iter(wrong))):

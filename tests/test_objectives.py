@@ -5,18 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
+from calibrator.case.physics import rayleigh_time, time_step_warning
+from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
-from calibrator.objectives import (
-    OBJECTIVES,
-    evaluation,
-    objective,
-    rayleigh_time,
-    relative_errors,
-    target_columns,
-    target_errors,
-    time_step_warning,
-)
-from calibrator.problem import Parameter, Problem, Target
+from calibrator.responses.objectives import OBJECTIVES, evaluation, objective
+from calibrator.responses.targets import relative_errors, target_columns, target_errors
 
 PARAMETERS = (
     Parameter("rolling_friction", 0.1, 0.5),
@@ -25,7 +18,11 @@ PARAMETERS = (
     Parameter("particle_density", 2600.0, 2800.0),
     Parameter("young_modulus", 5e6, 500e6),
 )
-ANGLE, TIME, DENSITY = "hourglass.drained_angle_of_repose_deg", "hourglass.discharge_time", "hourglass.bulk_density"
+ANGLE, TIME, DENSITY = (
+    "hourglass.drained_angle_of_repose_deg",
+    "hourglass.discharge_time",
+    "hourglass.bulk_density",
+)
 TARGETS = (
     Target("hourglass", "drained_angle_of_repose_deg", 41.57),
     Target("hourglass", "discharge_time", 6.56),
@@ -84,12 +81,18 @@ def test_time_cost_spans_zero_to_three_over_the_corners():
 
 def test_time_cost_counts_only_calibrated_parameters():
     soft = Problem((PARAMETERS[0], PARAMETERS[4]), TARGETS)
-    np.testing.assert_allclose(value("time_cost", soft, np.array([[0.1, 5e6], [0.1, 500e6], [0.5, 252.5e6]])), [0, 1, 0.5])
-    np.testing.assert_array_equal(value("time_cost", FRICTIONS, np.array([[0.1, 0.2], [0.5, 0.7]])), [0, 0])
+    np.testing.assert_allclose(
+        value("time_cost", soft, np.array([[0.1, 5e6], [0.1, 500e6], [0.5, 252.5e6]])), [0, 1, 0.5]
+    )
+    np.testing.assert_array_equal(
+        value("time_cost", FRICTIONS, np.array([[0.1, 0.2], [0.5, 0.7]])), [0, 0]
+    )
 
 
 def test_error_of_the_verified_individuals_is_that_of_table_7():
-    np.testing.assert_allclose(value("error", PAPER, INDIVIDUALS, VERIFIED), [0.0045, 0.0270, 0.0510, 0.0605], atol=1.5e-4)
+    np.testing.assert_allclose(
+        value("error", PAPER, INDIVIDUALS, VERIFIED), [0.0045, 0.0270, 0.0510, 0.0605], atol=1.5e-4
+    )
 
 
 def test_relative_errors_are_the_terms_of_the_error_in_the_order_of_the_targets():
@@ -100,22 +103,35 @@ def test_relative_errors_are_the_terms_of_the_error_in_the_order_of_the_targets(
 
 def test_weights_multiply_the_terms_of_the_error():
     weighted = Problem(
-        PARAMETERS, tuple(Target(t.setup, t.response, t.value, weight=w) for t, w in zip(TARGETS, (2, 0, 1), strict=True))
+        PARAMETERS,
+        tuple(
+            Target(t.setup, t.response, t.value, weight=w)
+            for t, w in zip(TARGETS, (2, 0, 1), strict=True)
+        ),
     )
     errors = relative_errors(PAPER, VERIFIED)
-    np.testing.assert_allclose(value("error", weighted, INDIVIDUALS, VERIFIED), 2 * errors[:, 0] + errors[:, 2])
+    np.testing.assert_allclose(
+        value("error", weighted, INDIVIDUALS, VERIFIED), 2 * errors[:, 0] + errors[:, 2]
+    )
 
 
 def test_negative_target_gives_a_positive_error():
     curved = Problem(PARAMETERS[:2], (Target("hourglass", "drained_curvature", -10.0),))
-    assert value("error", curved, np.array([[0.1, 0.2]]), {"hourglass.drained_curvature": np.array([-12.0])}) == pytest.approx(
-        0.2
-    )
+    assert value(
+        "error", curved, np.array([[0.1, 0.2]]), {"hourglass.drained_curvature": np.array([-12.0])}
+    ) == pytest.approx(0.2)
 
 
 def test_rayleigh_time_follows_its_formula():
-    columns = {"particle_radius": 1e-3, "particle_density": 2500.0, "young_modulus": 2.6e7, "poisson_ratio": 0.3}
-    assert float(rayleigh_time(columns)) == pytest.approx(np.pi * 1e-3 * np.sqrt(2500 / 1e7) / 0.9255, rel=1e-9)
+    columns = {
+        "particle_radius": 1e-3,
+        "particle_density": 2500.0,
+        "young_modulus": 2.6e7,
+        "poisson_ratio": 0.3,
+    }
+    assert float(rayleigh_time(columns)) == pytest.approx(
+        np.pi * 1e-3 * np.sqrt(2500 / 1e7) / 0.9255, rel=1e-9
+    )
 
 
 def test_rayleigh_cost_is_one_at_the_cheapest_corner_and_the_ratio_of_times_elsewhere():
@@ -136,7 +152,8 @@ def test_time_step_above_two_fifths_of_the_shortest_rayleigh_time_warns_with_sha
     limit = 0.4 * rayleigh_time(columns).min()
     assert time_step_warning(0.999 * limit, columns) is None
     assert "40%" in time_step_warning(1.001 * limit, columns)
-    warning = time_step_warning(2e-6, columns)  # the paper's step, in the stiffest corner of its own box
+    # the paper's step, in the stiffest corner of its own box
+    warning = time_step_warning(2e-6, columns)
     assert "53%" in warning and "lower it to 1.5e-06 s" in warning
 
 
@@ -155,7 +172,9 @@ def test_unknown_objective_is_answered_with_the_nearest_name():
 
 def test_target_without_interpolated_response_is_refused():
     with pytest.raises(CalibratorError, match="hourglass.emptying_time is not interpolated"):
-        target_columns(Problem(PARAMETERS, (Target("hourglass", "emptying_time", 1.0),)), Constant.responses)
+        target_columns(
+            Problem(PARAMETERS, (Target("hourglass", "emptying_time", 1.0),)), Constant.responses
+        )
     assert target_columns(PAPER, Constant.responses) == [1, 2, 0]
 
 
@@ -165,7 +184,9 @@ def test_registered_objective_serves_by_its_name_and_names_are_unique():
         return columns["young_modulus"]
 
     try:
-        np.testing.assert_array_equal(evaluation(PAPER, Constant(), ["softness"])(INDIVIDUALS)[:, 0], INDIVIDUALS[:, 4])
+        np.testing.assert_array_equal(
+            evaluation(PAPER, Constant(), ["softness"])(INDIVIDUALS)[:, 0], INDIVIDUALS[:, 4]
+        )
         with pytest.raises(CalibratorError, match="called softness exists"):
             objective("softness", symbol="S", about="again")(softness)
     finally:
@@ -184,4 +205,6 @@ def test_target_without_scatter_is_known_to_half_its_tolerance():
 
 def test_target_with_neither_scatter_nor_tolerance_is_refused():
     with pytest.raises(CalibratorError, match="neither scatter nor tolerance"):
-        target_errors(Problem(PARAMETERS, (Target("hourglass", "bulk_density", 1600.0, tolerance=0),)))
+        target_errors(
+            Problem(PARAMETERS, (Target("hourglass", "bulk_density", 1600.0, tolerance=0),))
+        )

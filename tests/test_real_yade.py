@@ -12,19 +12,27 @@ import numpy as np
 import pytest
 from conftest import processes_in
 
-from calibrator.cost import LARGEST_STEP_SHARE, contact_time
-from calibrator.database import Database
-from calibrator.quantities import EFFECTS, RESPONSES, SCRIPTS, parameters_of
-from calibrator.runner import RunFolder, run
-from calibrator.table import Request, write_table
+from calibrator.case.physics import LARGEST_STEP_SHARE, contact_time
+from calibrator.case.vocabulary import EFFECTS, RESPONSES, SCRIPTS, parameters_of
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.local import run
+from calibrator.runs.request import Request, write_table
 
 pytestmark = pytest.mark.yade
 
 SMALL = {
-    "hourglass": dict(fill_mass=2e-3, cylinder_diameter=16e-3, neck_diameter=10e-3, young_modulus=1e6, seed=3),
+    "hourglass": dict(
+        fill_mass=2e-3, cylinder_diameter=16e-3, neck_diameter=10e-3, young_modulus=1e6, seed=3
+    ),
     "ledge": dict(box_length=16e-3, box_width=8e-3, fill_height=10e-3, young_modulus=1e6, seed=3),
     "conical_pile": dict(
-        cylinder_diameter=12e-3, fill_height=10e-3, lift_speed=0.08, lift_height=10e-3, young_modulus=1e6, seed=3
+        cylinder_diameter=12e-3,
+        fill_height=10e-3,
+        lift_speed=0.08,
+        lift_height=10e-3,
+        young_modulus=1e6,
+        seed=3,
     ),
 }
 MAY_BE_MISSING = {  # a slope of a few grains cannot be fitted on each side
@@ -53,7 +61,10 @@ def test_the_driver_gets_a_settled_run_with_every_response(driven, setup):
     assert record.diagnostics["kinetic_energy"] < 1e-15
     assert 1400 < record.responses["bulk_density"] < 1750
     numbers = {n: v for n, v in record.request.parameters.items() if not isinstance(v, str)}
-    assert record.diagnostics["time_step"] == pytest.approx(LARGEST_STEP_SHARE * contact_time(numbers))  # soft grains
+    # soft grains
+    assert record.diagnostics["time_step"] == pytest.approx(
+        LARGEST_STEP_SHARE * contact_time(numbers)
+    )
     assert record.diagnostics["rayleigh_fraction"] < 0.4
 
 
@@ -96,11 +107,13 @@ def test_after_kill_9_in_mid_run_the_database_of_real_runs_is_the_same_to_the_by
     Database(run(RunFolder(tmp_path / "whole"), asked)).write(tmp_path / "whole.csv")
     broken = RunFolder(tmp_path / "broken")
     code = (
-        "from calibrator.runner import RunFolder, run; from calibrator.table import Request; from pathlib import Path;"
-        f"box = {SMALL['ledge']};"
-        f"run(RunFolder(Path({str(broken.path)!r})), [Request.of('ledge', **box | {{'seed': s}}) for s in (1, 2, 3, 4)])"
+        "from calibrator.runs.folder import RunFolder; from calibrator.runs.local import run; from calibrator.runs.request import Request; from"
+        f" pathlib import Path;box = {SMALL['ledge']};run(RunFolder(Path({str(broken.path)!r})),"
+        " [Request.of('ledge', **box | {'seed': s}) for s in (1, 2, 3, 4)])"
     )
-    driver = subprocess.Popen([sys.executable, "-c", code], cwd=SCRIPTS.parent, start_new_session=True)
+    driver = subprocess.Popen(
+        [sys.executable, "-c", code], cwd=SCRIPTS.parent, start_new_session=True
+    )
     end = time.monotonic() + 120
     while not list(broken.path.glob("records/*.json")):
         assert time.monotonic() < end, "no run finished"
@@ -120,12 +133,18 @@ def test_an_impossible_geometry_is_an_input_error_with_a_remedy(tmp_path):
 
 
 def test_too_little_simulated_time_is_not_settled(tmp_path):
-    (record,) = run(RunFolder(tmp_path), [Request.of("ledge", **SMALL["ledge"] | {"longest_time": 0.05})])
+    (record,) = run(
+        RunFolder(tmp_path), [Request.of("ledge", **SMALL["ledge"] | {"longest_time": 0.05})]
+    )
     assert record.status == "not_settled" and record.responses == {}
 
 
 def test_a_neck_of_two_grains_clogs_and_has_no_discharge_time(tmp_path):
-    tight = SMALL["hourglass"] | {"neck_diameter": 4.2e-3, "sliding_friction": 0.8, "rolling_friction": 0.5}
+    tight = SMALL["hourglass"] | {
+        "neck_diameter": 4.2e-3,
+        "sliding_friction": 0.8,
+        "rolling_friction": 0.5,
+    }
     (record,) = run(RunFolder(tmp_path), [Request.of("hourglass", **tight)])
     assert record.status == "clogged" and set(record.responses) == {"bulk_density"}
 
@@ -139,17 +158,35 @@ def test_the_ledge_angle_grows_with_friction_and_with_adhesion(tmp_path):
         "sliding": {"sliding_friction": 0.7},
         "adhesion": {"bond_number": 2.0},
     }
-    asked = {name: [Request.of("ledge", **{**box, **base, **own}, seed=seed) for seed in (1, 2)] for name, own in more.items()}
-    records = {r.run_id: r for r in run(RunFolder(tmp_path), [q for own in asked.values() for q in own])}
-    angle = {n: np.mean([records[q.run_id].responses["ledge_equivalent_angle_deg"] for q in own]) for n, own in asked.items()}
+    asked = {
+        name: [Request.of("ledge", **{**box, **base, **own}, seed=seed) for seed in (1, 2)]
+        for name, own in more.items()
+    }
+    records = {
+        r.run_id: r for r in run(RunFolder(tmp_path), [q for own in asked.values() for q in own])
+    }
+    angle = {
+        n: np.mean([records[q.run_id].responses["ledge_equivalent_angle_deg"] for q in own])
+        for n, own in asked.items()
+    }
     assert angle["base"] + 2 < min(angle["rolling"], angle["sliding"], angle["adhesion"])
 
 
 def test_only_the_ratio_of_modulus_to_density_matters(tmp_path):
-    """Twice the density, modulus, filled mass and rest threshold: a power of two rounds nothing, so every bit is the same."""
-    heavier = {"particle_density": 2 * 2650.0, "young_modulus": 2e6, "fill_mass": 4e-3, "rest_kinetic_energy": 2e-15}
+    """Twice the density, modulus, filled mass and rest threshold: a power of two rounds nothing, so
+    every bit is the same.
+    """
+    heavier = {
+        "particle_density": 2 * 2650.0,
+        "young_modulus": 2e6,
+        "fill_mass": 4e-3,
+        "rest_kinetic_energy": 2e-15,
+    }
     folder = RunFolder(tmp_path)
-    pair = [Request.of("hourglass", **SMALL["hourglass"]), Request.of("hourglass", **{**SMALL["hourglass"], **heavier})]
+    pair = [
+        Request.of("hourglass", **SMALL["hourglass"]),
+        Request.of("hourglass", **{**SMALL["hourglass"], **heavier}),
+    ]
     light, heavy = run(folder, pair)
     assert light.diagnostics["steps"] == heavy.diagnostics["steps"]
     with np.load(folder.curves(light.run_id)) as one, np.load(folder.curves(heavy.run_id)) as other:
@@ -160,7 +197,9 @@ def test_only_the_ratio_of_modulus_to_density_matters(tmp_path):
 
 
 @pytest.mark.parametrize("setup", SMALL)
-def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_columns(driven, tmp_path, setup):
+def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_columns(
+    driven, tmp_path, setup
+):
     folder, records = driven
     record = records[setup]
     write_table(tmp_path / "runs.table", [record.request])
@@ -172,18 +211,33 @@ def test_a_run_with_every_effect_written_down_as_off_is_the_one_without_these_co
     by_hand(tmp_path, setup)
     twin = json.loads((tmp_path / "records" / f"{record.run_id}.json").read_text())
     assert twin["responses"] == record.responses and twin["parameters"] == record.request.parameters
-    with np.load(folder.curves(record.run_id)) as one, np.load(tmp_path / "records" / f"{record.run_id}.npz") as other:
+    with (
+        np.load(folder.curves(record.run_id)) as one,
+        np.load(tmp_path / "records" / f"{record.run_id}.npz") as other,
+    ):
         assert all(np.array_equal(one[name], other[name]) for name in one.files)
 
 
 @pytest.fixture(scope="module")
 def affected(tmp_path_factory):
     """{effect: record of the small hourglass with it}, and of the one without under None."""
-    sizes = {"bond_number": 2.0, "bed_viscosity": 0.02, "wall_friction_ratio": 0.1, "neck_error": 2e-3, "tilt_deg": 8.0}
+    sizes = {
+        "bond_number": 2.0,
+        "bed_viscosity": 0.02,
+        "wall_friction_ratio": 0.1,
+        "neck_error": 2e-3,
+        "tilt_deg": 8.0,
+    }
     sizes |= {"twisting_stiffness": 1.0, "size_spread": 0.25, "clump_aspect": 1.3, "shaking": 1.0}
-    asked = {name: Request.of("hourglass", **SMALL["hourglass"], **{name: value}) for name, value in sizes.items()}
+    asked = {
+        name: Request.of("hourglass", **SMALL["hourglass"], **{name: value})
+        for name, value in sizes.items()
+    }
     asked[None] = Request.of("hourglass", **SMALL["hourglass"])
-    done = {r.run_id: r for r in run(RunFolder(tmp_path_factory.mktemp("affected")), list(asked.values()))}
+    done = {
+        r.run_id: r
+        for r in run(RunFolder(tmp_path_factory.mktemp("affected")), list(asked.values()))
+    }
     return {name: done[request.run_id] for name, request in asked.items()}
 
 
@@ -195,22 +249,34 @@ def test_an_effect_makes_another_run_that_comes_to_rest(affected, effect):
 
 
 def test_effects_do_to_the_hourglass_what_physics_says(tmp_path):
-    """Means of four seeds: the small hourglass scatters by more than some effects, and differently on every processor."""
+    """Means of four seeds: the small hourglass scatters by more than some effects, and differently
+    on every processor.
+    """
 
     def mean(response, **effect):
-        asked = [Request.of("hourglass", **{**SMALL["hourglass"], "seed": seed}, **effect) for seed in range(1, 5)]
-        return np.nanmean([r.responses.get(response, np.nan) for r in run(RunFolder(tmp_path), asked)])
+        asked = [
+            Request.of("hourglass", **{**SMALL["hourglass"], "seed": seed}, **effect)
+            for seed in range(1, 5)
+        ]
+        return np.nanmean(
+            [r.responses.get(response, np.nan) for r in run(RunFolder(tmp_path), asked)]
+        )
 
     density = mean("bulk_density")
     assert mean("bulk_density", bond_number=2.0) < 0.99 * density  # adhesive grains pack loosely
-    assert mean("bulk_density", bed_viscosity=0.02) < 0.99 * density  # grains that land gently do, too
+    # grains that land gently do, too
+    assert mean("bulk_density", bed_viscosity=0.02) < 0.99 * density
     assert mean("residual_fraction", neck_error=2e-3) < 0.85 * mean("residual_fraction")
 
 
 def test_grains_of_other_shapes_and_sizes_come_to_rest_in_ledge_and_pile_too(tmp_path):
     """With drag, whose engine has to know the spheres of a clump."""
     kinds = ({"clump_aspect": 1.4}, {"size_spread": 0.2})
-    asked = [Request.of(s, **SMALL[s], **kind, bed_viscosity=1e-3) for s in ("ledge", "conical_pile") for kind in kinds]
+    asked = [
+        Request.of(s, **SMALL[s], **kind, bed_viscosity=1e-3)
+        for s in ("ledge", "conical_pile")
+        for kind in kinds
+    ]
     # Clumps that stand on end spun for ever: five heaps of eight never came to rest.
     heap = {**SMALL["conical_pile"], "clump_aspect": 1.4}
     asked += [Request.of("conical_pile", **{**heap, "seed": seed}) for seed in range(4, 8)]
@@ -220,5 +286,8 @@ def test_grains_of_other_shapes_and_sizes_come_to_rest_in_ledge_and_pile_too(tmp
 
 
 def test_clumps_of_several_sizes_are_refused_rather_than_run_with_one_size(tmp_path):
-    (record,) = run(RunFolder(tmp_path), [Request.of("ledge", **SMALL["ledge"], clump_aspect=1.3, size_spread=0.2)])
+    (record,) = run(
+        RunFolder(tmp_path),
+        [Request.of("ledge", **SMALL["ledge"], clump_aspect=1.3, size_spread=0.2)],
+    )
     assert record.status == "input" and "cannot be combined" in record.error

@@ -5,8 +5,8 @@ import json
 import pytest
 from fake_yade import contract
 
-from calibrator.records import InvalidRecord, read_record
-from calibrator.table import Request
+from calibrator.runs.record import InvalidRecord, read_record
+from calibrator.runs.request import Request
 
 REQUEST = Request.of("ledge", seed=5)
 
@@ -26,7 +26,11 @@ def write(tmp_path, record):
 
 def test_a_good_record_is_read_as_written(tmp_path):
     record = read_record(write(tmp_path, good()), REQUEST)
-    assert (record.status, record.responses, record.run_id) == ("ok", {"bulk_density": 1500.0}, REQUEST.run_id)
+    assert (record.status, record.responses, record.run_id) == (
+        "ok",
+        {"bulk_density": 1500.0},
+        REQUEST.run_id,
+    )
 
 
 @pytest.mark.parametrize(
@@ -41,7 +45,10 @@ def test_a_good_record_is_read_as_written(tmp_path):
         ({"responses": [1]}, "not an object"),
         ({"run_id": "0" * 16}, "not the one asked for"),
         ({"setup": "hourglass"}, "not the one asked for"),
-        ({"parameters": {**REQUEST.parameters, "sliding_friction": 0.4000000001}}, "sliding_friction"),
+        (
+            {"parameters": {**REQUEST.parameters, "sliding_friction": 0.4000000001}},
+            "sliding_friction",
+        ),
         ({"parameters": {"seed": 5}}, "another value"),
         ({"parameters": {**REQUEST.parameters, "mood": None}}, "another value of mood"),
         ({"diagnostics": {"mood": 1}}, "unknown diagnostics"),
@@ -72,7 +79,10 @@ def test_a_sealed_record_is_believed_until_a_number_in_it_changes(tmp_path, numb
     record = read_record(tmp_path / "r.json", REQUEST)
     assert record.responses == {"bulk_density": number}
     text = (tmp_path / "r.json").read_text()
-    for old, new in ((f'"bulk_density": {number}', '"bulk_density": 1501.5'), ('"particles": 10', '"particles": 11')):
+    for old, new in (
+        (f'"bulk_density": {number}', '"bulk_density": 1501.5'),
+        ('"particles": 10', '"particles": 11'),
+    ):
         assert old in text
         with pytest.raises(InvalidRecord, match="changed after the run"):
             read_record(write(tmp_path, text.replace(old, new)), REQUEST)
@@ -80,6 +90,9 @@ def test_a_sealed_record_is_believed_until_a_number_in_it_changes(tmp_path, numb
 
 def test_a_sealed_record_nested_without_end_is_refused(tmp_path):
     for depth in range(100, 1000, 10):  # what can just be read can perhaps not be written again
-        text = json.dumps({**good(), "seal": "0"})[:-1] + f', "traceback": {"[" * depth}{"]" * depth}}}'
+        text = (
+            json.dumps({**good(), "seal": "0"})[:-1]
+            + f', "traceback": {"[" * depth}{"]" * depth}}}'
+        )
         with pytest.raises(InvalidRecord):
             read_record(write(tmp_path, text), REQUEST)

@@ -1,4 +1,7 @@
-"""The report page: complete, self-contained, honest about what is missing. The runs are made up; no YADE is started."""
+"""The report page: complete, self-contained, honest about what is missing.
+
+The runs are made up; no YADE is started.
+"""
 
 import base64
 import csv
@@ -15,14 +18,24 @@ from conftest import CASE, LAB
 from fake_yade import responses_of
 from PIL import Image
 
-from calibrator import workflow
-from calibrator.case import read_case
+from calibrator.case.toml import read_case
 from calibrator.errors import CalibratorError
-from calibrator.page import number, percent, with_error
-from calibrator.plan import plan_requests
-from calibrator.report import write_report
+from calibrator.plan.requests import plan_requests
+from calibrator.plan.run import collect
+from calibrator.report.page import write_report
+from calibrator.report.words import number, percent, with_error
+from calibrator.runs.workspace import Workspace
+from calibrator.search.calibrate import calibrate
+from calibrator.verification.verify import (
+    validate,
+    validation_requests,
+    verification_requests,
+    verify,
+)
 
-CASE = CASE.replace("population = 60", "population = 40").replace("generations = 15", "generations = 8")
+CASE = CASE.replace("population = 60", "population = 40").replace(
+    "generations = 15", "generations = 8"
+)
 
 
 def workspace(folder, *changes, lab=LAB):
@@ -32,7 +45,7 @@ def workspace(folder, *changes, lab=LAB):
         text = text.replace(old, new)
     (folder / "lab.csv").write_text(lab)
     (folder / "toy.toml").write_text(text)
-    return workflow.Workspace(read_case(folder / "toy.toml"), folder / "results")
+    return Workspace(read_case(folder / "toy.toml"), folder / "results")
 
 
 def believe(space, requests, clogged=(), curves=True):
@@ -41,7 +54,10 @@ def believe(space, requests, clogged=(), curves=True):
     folder.mkdir(parents=True, exist_ok=True)
     for count, request in enumerate(requests):
         scatter = random.Random(request.run_id)
-        responses = {n: v * scatter.gauss(1, 0.004) for n, v in responses_of(request.setup, request.parameters).items()}
+        responses = {
+            n: v * scatter.gauss(1, 0.004)
+            for n, v in responses_of(request.setup, request.parameters).items()
+        }
         status = "clogged" if count in clogged else "ok"
         kept = {"bulk_density": responses["bulk_density"]} if status == "clogged" else responses
         record = dict(
@@ -63,22 +79,26 @@ def some_curves(setup):
         "profile_height": at,
         "profile_x" if setup == "ledge" else "profile_radius": at,
     }
-    return {**found, "time": np.linspace(0, 1, 20), "passed_mass": np.linspace(0, 0.01, 20)} if setup == "hourglass" else found
+    return (
+        {**found, "time": np.linspace(0, 1, 20), "passed_mass": np.linspace(0, 0.01, 20)}
+        if setup == "hourglass"
+        else found
+    )
 
 
 def calibrated(space, **kwargs):
     believe(space, plan_requests(space.case), **kwargs)
-    workflow.collect(space)
-    workflow.calibrate(space)
+    collect(space)
+    calibrate(space)
     return space
 
 
 def finished(space):
     calibrated(space)
-    believe(space, [r for own in workflow.verification_requests(space).values() for r in own])
-    workflow.verify(space)
-    believe(space, [r for own in workflow.validation_requests(space).values() for r in own])
-    workflow.validate(space)
+    believe(space, [r for own in verification_requests(space).values() for r in own])
+    verify(space)
+    believe(space, [r for own in validation_requests(space).values() for r in own])
+    validate(space)
     return space
 
 
@@ -93,11 +113,13 @@ def whole(tmp_path_factory):
 def copy(whole, tmp_path):
     """The same workspace, free to be changed."""
     shutil.copytree(whole[0].path, tmp_path / "results")
-    return workflow.Workspace(whole[0].case, tmp_path / "results")
+    return Workspace(whole[0].case, tmp_path / "results")
 
 
 class Outline(html.parser.HTMLParser):
-    """Open tags, attributes and visible words of a page; refuses tags that are closed in the wrong order."""
+    """Open tags, attributes and visible words of a page; refuses tags that are closed in the wrong
+    order.
+    """
 
     def __init__(self, page):
         super().__init__()
@@ -149,16 +171,32 @@ def test_a_finished_calibration_gets_all_its_figures(whole):
     names = {path.rsplit("/", 1)[1].removesuffix(".png") for path in outcome["figures"]}
     assert {f"packing_{s}" for s in ("hourglass", "ledge", "conical_pile")} <= names
     assert {f"profiles_{s}" for s in ("hourglass", "ledge", "conical_pile")} <= names
-    assert {"slices_hourglass_bulk_density", "slices_hourglass_mass_flow_rate", "parity", "front_evolution"} <= names
-    assert {"generational_distance", "profile_likelihood", "verification", "mass_time_hourglass"} <= names
+    assert {
+        "slices_hourglass_bulk_density",
+        "slices_hourglass_mass_flow_rate",
+        "parity",
+        "front_evolution",
+    } <= names
+    assert {
+        "generational_distance",
+        "profile_likelihood",
+        "verification",
+        "mass_time_hourglass",
+    } <= names
 
 
 def test_every_target_and_every_candidate_is_named(whole):
     space, outcome, page = whole
     text = Outline(page).text
-    for words in ("bulk density (hourglass)", "drained equivalent angle (hourglass)", "mass flow rate (hourglass)"):
+    for words in (
+        "bulk density (hourglass)",
+        "drained equivalent angle (hourglass)",
+        "mass flow rate (hourglass)",
+    ):
         assert words in text
-    assert "ledge equivalent angle (ledge)" in text and "pile equivalent angle (conical pile)" in text
+    assert (
+        "ledge equivalent angle (ledge)" in text and "pile equivalent angle (conical pile)" in text
+    )
     headings = [m for m in re.findall(r"<th[^>]*>([^<]*)</th>", page)]
     for label in space.outcome("calibrate")["candidates"]:
         assert headings.count(label.removeprefix("individual ")) >= 2, label
@@ -169,15 +207,25 @@ def test_the_answer_gives_values_intervals_and_the_verdict(whole):
     space, _, page = whole
     answer = re.search(r'<p class="answer">(.*?)</p>', page, re.DOTALL).group(1)
     for profile in space.outcome("calibrate")["identifiability"]["parameters"]:
-        assert profile["name"].replace("_", " ") in answer and number(profile["interval_95"][0], 3) in answer
-    assert "<b>Verified:</b>" in answer and "do not pin down</b> young modulus" in answer and "synthetic" not in answer
+        assert (
+            profile["name"].replace("_", " ") in answer
+            and number(profile["interval_95"][0], 3) in answer
+        )
+    assert (
+        "<b>Verified:</b>" in answer
+        and "do not pin down</b> young modulus" in answer
+        and "synthetic" not in answer
+    )
 
 
 def test_after_calibrate_alone_the_page_names_the_commands_to_run(tmp_path):
     space = calibrated(workspace(tmp_path), curves=False)
     outcome = write_report(space)
     text = Outline((space.path / "report.html").read_text()).text
-    assert f"calibrator verify {space.case.path}" in text and f"calibrator validate {space.case.path}" in text
+    assert (
+        f"calibrator verify {space.case.path}" in text
+        and f"calibrator validate {space.case.path}" in text
+    )
     assert "not verified yet" in text and "Verified:" not in text
     for picture in ("hourglass", "ledge", "conical pile"):
         assert f"The picture of the {picture} is missing" in text
@@ -197,7 +245,11 @@ def test_a_verification_of_an_earlier_calibration_does_not_count(copy):
     space.note("calibrate", calibration)
     write_report(space)
     page = (space.path / "report.html").read_text()
-    assert "not verified yet" in page and 'class="alarm"' in page and "has changed since the calibration" in page
+    assert (
+        "not verified yet" in page
+        and 'class="alarm"' in page
+        and "has changed since the calibration" in page
+    )
 
 
 def test_a_failed_verification_is_said_in_the_answer(tmp_path):
@@ -207,7 +259,11 @@ def test_a_failed_verification_is_said_in_the_answer(tmp_path):
     write_report(space)
     page = (space.path / "report.html").read_text()
     assert "<b>Not verified:</b>" in page and "failed" in page
-    assert re.search(r'class="alarm">The targets are out of reach\. Drained equivalent angle \(hourglass\) = 80 cannot', page)
+    assert re.search(
+        r'class="alarm">The targets are out of reach\. Drained equivalent angle \(hourglass\) = 80'
+        r" cannot",
+        page,
+    )
 
 
 def test_what_a_user_writes_is_escaped(tmp_path):
@@ -216,7 +272,9 @@ def test_what_a_user_writes_is_escaped(tmp_path):
     space = calibrated(workspace(tmp_path, change), curves=False)
     write_report(space)
     page = (space.path / "report.html").read_text()
-    assert nasty not in page and page.count("&lt;script src=") == 2, "once as the title, once in the case file"
+    assert nasty not in page and page.count("&lt;script src=") == 2, (
+        "once as the title, once in the case file"
+    )
     assert not [tag for tag, _ in Outline(page).tags if tag == "script"]
 
 
@@ -243,7 +301,9 @@ def test_the_same_results_give_the_same_page(whole, copy):
 
 
 def test_the_truth_of_a_synthetic_lab_is_compared(tmp_path):
-    (tmp_path / "truth.toml").write_text("[parameters]\nrolling_friction = 0.25\nsliding_friction = 0.5\nyoung_modulus = 3e6\n")
+    (tmp_path / "truth.toml").write_text(
+        "[parameters]\nrolling_friction = 0.25\nsliding_friction = 0.5\nyoung_modulus = 3e6\n"
+    )
     change = ('measured = "lab.csv"', 'measured = "lab.csv"\ntruth_file = "truth.toml"')
     space = calibrated(workspace(tmp_path, change), curves=False)
     write_report(space)
@@ -253,12 +313,27 @@ def test_the_truth_of_a_synthetic_lab_is_compared(tmp_path):
 
 @pytest.mark.parametrize(
     ("value", "words"),
-    [(0.25, "0.25"), (1590.4, "1590"), (2.9e6, "2.9×10⁶"), (-2e-4, "−2×10⁻⁴"), (0, "0"), (12345, "12345"), (None, "–")],
+    [
+        (0.25, "0.25"),
+        (1590.4, "1590"),
+        (2.9e6, "2.9×10⁶"),
+        (-2e-4, "−2×10⁻⁴"),
+        (0, "0"),
+        (12345, "12345"),
+        (None, "–"),
+    ],
 )
 def test_numbers_are_written_for_people(value, words):
     assert number(value) == words
 
 
 def test_errors_decide_the_decimals_and_zero_has_no_sign():
-    assert with_error(1577.04, 2.87) == "1577.0 ± 2.9" and with_error(0.02784, 0.00066) == "0.0278 ± 0.0007"
-    assert with_error(53.54, 0) == "53.54" and percent(-1e-6) == "0.00\u00a0%" and percent(0.0118) == "+1.18\u00a0%"
+    assert (
+        with_error(1577.04, 2.87) == "1577.0 ± 2.9"
+        and with_error(0.02784, 0.00066) == "0.0278 ± 0.0007"
+    )
+    assert (
+        with_error(53.54, 0) == "53.54"
+        and percent(-1e-6) == "0.00\u00a0%"
+        and percent(0.0118) == "+1.18\u00a0%"
+    )

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
-from calibrator.problem import Parameter, Problem, Target
-from calibrator.selection import bands, compromise, spread, unreachable
+from calibrator.responses.targets import bands
+from calibrator.search.front import compromise, spread
+from calibrator.search.reach import unreachable
 
 PARAMETERS = (Parameter("rolling_friction", 0.0, 1.0), Parameter("sliding_friction", 0.0, 1.0))
 KEYS = ["hourglass.bulk_density", "ledge.bulk_density"]
@@ -13,7 +15,11 @@ KEYS = ["hourglass.bulk_density", "ledge.bulk_density"]
 
 def problem(first=100.0, second=200.0, **options):
     return Problem(
-        PARAMETERS, (Target("hourglass", "bulk_density", first, **options), Target("ledge", "bulk_density", second, **options))
+        PARAMETERS,
+        (
+            Target("hourglass", "bulk_density", first, **options),
+            Target("ledge", "bulk_density", second, **options),
+        ),
     )
 
 
@@ -39,8 +45,11 @@ TIED = Linear([[100, 100], [0, 0]], [50, 50])  # the same response twice, 50 to 
 
 def test_spread_runs_from_smallest_error_to_smallest_cost_in_equal_steps_of_cost():
     cost = np.linspace(0.5294, 0, 301)
-    front = np.column_stack([0.0445 - 0.082 * cost, cost])[np.random.default_rng(0).permutation(301)]
-    np.testing.assert_allclose(front[spread(front)][:, 1], [0.5294, 0.3529, 0.1765, 0], atol=1e-3)  # Table 6
+    front = np.column_stack([0.0445 - 0.082 * cost, cost])[
+        np.random.default_rng(0).permutation(301)
+    ]
+    # Table 6
+    np.testing.assert_allclose(front[spread(front)][:, 1], [0.5294, 0.3529, 0.1765, 0], atol=1e-3)
 
 
 def test_spread_takes_the_member_nearest_to_an_equal_step():
@@ -78,7 +87,9 @@ def test_spread_refuses_what_is_no_front(wrong):
 
 
 def test_band_is_the_tolerance_but_never_less_than_two_seed_noises():
-    np.testing.assert_allclose(bands(problem(tolerance=0.03), dict(zip(KEYS, (1.0, 5.0), strict=True))), [3, 10])
+    np.testing.assert_allclose(
+        bands(problem(tolerance=0.03), dict(zip(KEYS, (1.0, 5.0), strict=True))), [3, 10]
+    )
 
 
 FRONT = np.array([[0.0, 3.0], [0.02, 2.0], [0.04, 1.0], [0.2, 0.0]])
@@ -87,7 +98,9 @@ FRONT = np.array([[0.0, 3.0], [0.02, 2.0], [0.04, 1.0], [0.2, 0.0]])
 def chosen(first, std=0.0, second=(200.0, 200.0, 200.0, 200.0), noise=0.0, replicates=1):
     predicted = dict(zip(KEYS, (np.array(first), np.array(second)), strict=True))
     errors = {key: np.full(4, std) for key in KEYS}
-    return compromise(problem(tolerance=0.03), FRONT, predicted, errors, dict.fromkeys(KEYS, noise), replicates)
+    return compromise(
+        problem(tolerance=0.03), FRONT, predicted, errors, dict.fromkeys(KEYS, noise), replicates
+    )
 
 
 def test_compromise_is_the_cheapest_member_that_meets_every_target():
@@ -115,7 +128,11 @@ def test_compromise_gives_the_reserve_up_before_the_targets():
 
 def test_compromise_of_a_front_without_success_is_the_smallest_error_and_names_the_miss():
     index, reason = chosen([90.0, 95.0, 110.0, 120.0])
-    assert index == 1 and "hourglass.bulk_density by 5.0% (band 3.0%)" in reason and "ledge" not in reason
+    assert (
+        index == 1
+        and "hourglass.bulk_density by 5.0% (band 3.0%)" in reason
+        and "ledge" not in reason
+    )
 
 
 def test_targets_within_the_box_are_reachable_singly_and_together():
@@ -131,10 +148,17 @@ def test_range_reached_is_that_of_the_corners():
 
 
 def test_target_beyond_the_box_is_out_of_reach_by_its_distance_in_combined_errors():
-    found = unreachable(problem(first=170.0, scatter=4.0), Linear([[100, 0], [0, 100]], [50, 150], std=3.0))
+    found = unreachable(
+        problem(first=170.0, scatter=4.0), Linear([[100, 0], [0, 100]], [50, 150], std=3.0)
+    )
     assert not found.targets[0].reachable and found.targets[1].reachable
-    assert found.targets[0].best == pytest.approx(150) and found.targets[0].gap == pytest.approx(20 / 5)
-    assert "cannot be reached" in found.targets[0].sentence and "widen the bounds" in found.targets[0].sentence
+    assert found.targets[0].best == pytest.approx(150) and found.targets[0].gap == pytest.approx(
+        20 / 5
+    )
+    assert (
+        "cannot be reached" in found.targets[0].sentence
+        and "widen the bounds" in found.targets[0].sentence
+    )
     assert not found.joint.reachable and found.joint.worst == KEYS[0]
 
 
@@ -146,14 +170,19 @@ def test_target_just_beyond_the_box_counts_as_reachable_within_two_errors():
 def test_targets_reachable_singly_may_be_unreachable_together():
     found = unreachable(problem(first=100.0, second=120.0, scatter=2.0), TIED)
     assert all(t.reachable for t in found.targets)
-    assert not found.joint.reachable and found.joint.misfit == pytest.approx(5, rel=1e-3)  # both miss by 10 at best
+    # both miss by 10 at best
+    assert not found.joint.reachable and found.joint.misfit == pytest.approx(5, rel=1e-3)
     assert "cannot be met together" in found.joint.sentence
 
 
 def test_reachability_finds_an_extreme_inside_the_box():
     class Peak(Linear):
         def predict(self, points):
-            return np.repeat(100 - 1e4 * ((points - [0.31, 0.77]) ** 2).sum(axis=1, keepdims=True), 2, axis=1)
+            return np.repeat(
+                100 - 1e4 * ((points - [0.31, 0.77]) ** 2).sum(axis=1, keepdims=True), 2, axis=1
+            )
 
-    reach = unreachable(problem(first=110.0, second=90.0, scatter=1.0), Peak([[0, 0], [0, 0]], [0, 0]), samples=2**8).targets[0]
+    reach = unreachable(
+        problem(first=110.0, second=90.0, scatter=1.0), Peak([[0, 0], [0, 0]], [0, 0]), samples=2**8
+    ).targets[0]
     assert reach.best == pytest.approx(100, abs=0.01) and reach.gap == pytest.approx(10, rel=1e-3)

@@ -1,11 +1,13 @@
-"""Response surfaces against functions that they can represent exactly, and the errors that they promise."""
+"""Response surfaces against functions that they can represent exactly, and the errors that they
+promise.
+"""
 
 import numpy as np
 import pytest
 from scipy.stats import qmc
 
+from calibrator.diagnosis.surfaces import Surface, fit_surfaces, terms
 from calibrator.errors import CalibratorError
-from calibrator.surface import Surface, fit_surfaces, terms
 
 RNG = np.random.default_rng(2)
 POINTS = qmc.Sobol(2, seed=1).random(16)
@@ -15,12 +17,17 @@ NONE = np.zeros((16, 1))
 def smooth(units, amplitudes, bend=0.0):
     x = 2 * units - 1
     a = amplitudes[:, 0]
-    flat = 3 + x[:, 0] - 2 * x[:, 1] + 0.5 * x[:, 0] * x[:, 1] + a * (1 + 0.3 * x[:, 0]) - 0.2 * a**2
+    flat = (
+        3 + x[:, 0] - 2 * x[:, 1] + 0.5 * x[:, 0] * x[:, 1] + a * (1 + 0.3 * x[:, 0]) - 0.2 * a**2
+    )
     return np.column_stack([flat, 2 * flat + x[:, 1] ** 2]) + bend * np.sin(6 * units[:, :1])
 
 
 def test_surfaces_return_a_quadratic_function_with_an_effect_but_for_the_ridge():
-    units, sizes = np.vstack([POINTS, POINTS]), np.vstack([NONE, np.resize([0.5, 1.0, 1.5], (16, 1))])
+    units, sizes = (
+        np.vstack([POINTS, POINTS]),
+        np.vstack([NONE, np.resize([0.5, 1.0, 1.5], (16, 1))]),
+    )
     surface = Surface.fit(units, sizes, smooth(units, sizes))
     at, a = np.array([[0.3, 0.8]]), np.array([[1.2]])
     np.testing.assert_allclose(terms(at, a) @ surface.coefficients, smooth(at, a), rtol=2e-3)
@@ -29,7 +36,11 @@ def test_surfaces_return_a_quadratic_function_with_an_effect_but_for_the_ridge()
 def test_an_effect_without_a_run_has_no_term_and_changes_nothing():
     surface = Surface.fit(POINTS, NONE, smooth(POINTS, NONE))
     at = np.array([[0.3, 0.8]])
-    np.testing.assert_allclose(terms(at, np.array([[2.0]])) @ surface.coefficients, smooth(at, np.zeros((1, 1))), rtol=1e-10)
+    np.testing.assert_allclose(
+        terms(at, np.array([[2.0]])) @ surface.coefficients,
+        smooth(at, np.zeros((1, 1))),
+        rtol=1e-10,
+    )
 
 
 def test_promised_errors_are_those_of_repeated_fits():
@@ -60,14 +71,19 @@ def test_an_effect_with_which_runs_scatter_more_does_not_raise_the_noise_of_thos
     plain = RNG.normal(size=(128, 2)) @ np.array([[1.0, 0.6], [0.0, 0.8]])
     changed = 3 * RNG.normal(size=(128, 2)) @ np.array([[1.0, 0.6], [0.0, 0.8]])
     surfaces = fit_surfaces([(units, plain)], [(units, sizes, changed)], ["ledge"], {1}, {2})
-    np.testing.assert_allclose(surfaces.noise, [[1.0, 0.6], [0.6, 1.0]], rtol=0.4)  # pooled it would be some five times as large
+    # pooled it would be some five times as large
+    np.testing.assert_allclose(surfaces.noise, [[1.0, 0.6], [0.6, 1.0]], rtol=0.4)
 
 
 def test_the_extra_scatter_of_runs_with_one_effect_is_its_own_and_grows_with_it():
     units, sizes = np.vstack([POINTS] * 5), np.zeros((80, 2))
     sizes[16:48, 0] = sizes[48:, 1] = np.resize([0.5, 1.0, 1.5, 0.75], 32)
-    plain, values = RNG.normal(size=(80, 2)), 3 + sizes @ np.array([[1.0, 2.0], [3.0, 1.0]]) + RNG.normal(size=(80, 2))
-    values[48:, 0] += np.where(RNG.random(32) < 0.5, 6.0, -6.0) * sizes[48:, 1]  # the heap stands, or it does not
+    plain, values = (
+        RNG.normal(size=(80, 2)),
+        3 + sizes @ np.array([[1.0, 2.0], [3.0, 1.0]]) + RNG.normal(size=(80, 2)),
+    )
+    # the heap stands, or it does not
+    values[48:, 0] += np.where(RNG.random(32) < 0.5, 6.0, -6.0) * sizes[48:, 1]
     surfaces = fit_surfaces([(units, plain)], [(units, sizes, values)], ["ledge"], {1}, {2})
     ((first, second),) = surfaces.effect_scatters
     assert first.max() < 1 and second[1] < 1 and 18 < second[0] < 54  # 0, 0 and 36, but for chance
@@ -88,7 +104,16 @@ def test_a_seed_that_serves_residual_and_fingerprints_is_refused():
 
 
 def test_the_jacobian_is_the_derivative_by_range_and_by_scale():
-    units, sizes = np.vstack([POINTS, POINTS]), np.vstack([NONE, np.resize([0.5, 1.0, 1.5], (16, 1))])
-    surfaces = fit_surfaces([(POINTS, smooth(POINTS, NONE))], [(units, sizes, smooth(units, sizes))], ["ledge"], {1}, {2})
+    units, sizes = (
+        np.vstack([POINTS, POINTS]),
+        np.vstack([NONE, np.resize([0.5, 1.0, 1.5], (16, 1))]),
+    )
+    surfaces = fit_surfaces(
+        [(POINTS, smooth(POINTS, NONE))],
+        [(units, sizes, smooth(units, sizes))],
+        ["ledge"],
+        {1},
+        {2},
+    )
     slopes = surfaces.jacobian(np.array([0.5, 0.5]), np.zeros(1))
     np.testing.assert_allclose(slopes, [[2, -4, 1], [4, -8, 2]], rtol=0.02)

@@ -4,17 +4,21 @@ import ast
 
 import pytest
 
+from calibrator.case.vocabulary import EFFECTS, PARAMETERS, parameters_of
 from calibrator.errors import CalibratorError
-from calibrator.quantities import EFFECTS, PARAMETERS, parameters_of
-from calibrator.table import Request, cell, write_table
+from calibrator.runs.request import Request, cell, write_table
 
 
 def test_a_request_is_complete_and_its_id_depends_on_every_parameter():
     request = Request.of("ledge", seed=3)
-    assert set(request.parameters) == {n for n, q in parameters_of("ledge").items() if not q.unmentioned}
+    assert set(request.parameters) == {
+        n for n, q in parameters_of("ledge").items() if not q.unmentioned
+    }
     ids = {request.run_id}
     for name, value in request.parameters.items():
-        other = "epsd" if name == "rolling_spring" else 7 if name == "seed" else value * 1.01 or 1e-5
+        other = (
+            "epsd" if name == "rolling_spring" else 7 if name == "seed" else value * 1.01 or 1e-5
+        )
         ids.add(Request.of("ledge", **{"seed": 3, name: other}).run_id)
     assert len(ids) == 1 + len(request.parameters)
 
@@ -33,11 +37,17 @@ def test_an_effect_that_is_off_leaves_a_request_as_it_was_before_there_were_effe
 
 
 def test_an_integer_and_the_equal_float_are_the_same_run():
-    assert Request.of("ledge", young_modulus=5000000).run_id == Request.of("ledge", young_modulus=5e6).run_id
+    assert (
+        Request.of("ledge", young_modulus=5000000).run_id
+        == Request.of("ledge", young_modulus=5e6).run_id
+    )
 
 
 def test_a_table_gives_every_value_back_exactly(tmp_path):
-    requests = [Request.of("hourglass", sliding_friction=0.1 + 0.2, young_modulus=1e7 / 3, seed=s) for s in (1, 2)]
+    requests = [
+        Request.of("hourglass", sliding_friction=0.1 + 0.2, young_modulus=1e7 / 3, seed=s)
+        for s in (1, 2)
+    ]
     write_table(tmp_path / "t.table", requests)
     text = (tmp_path / "t.table").read_text()
     header, *lines = text.splitlines()
@@ -48,7 +58,9 @@ def test_a_table_gives_every_value_back_exactly(tmp_path):
         assert {n: ast.literal_eval(c) for n, c in cells.items()} == request.parameters
 
 
-def test_a_table_of_two_set_ups_names_the_script_of_each_line_and_completes_foreign_columns(tmp_path):
+def test_a_table_of_two_set_ups_names_the_script_of_each_line_and_completes_foreign_columns(
+    tmp_path,
+):
     requests = [Request.of("hourglass", neck_diameter=0.013), Request.of("ledge", box_length=0.04)]
     write_table(tmp_path / "t.table", requests)
     header, *lines = (tmp_path / "t.table").read_text().splitlines()
@@ -59,7 +71,10 @@ def test_a_table_of_two_set_ups_names_the_script_of_each_line_and_completes_fore
         assert ast.literal_eval(cells["lift_speed"] if "lift_speed" in cells else "1") == 1
 
 
-@pytest.mark.parametrize("evil", ["__import__('os').system('true')", "1e5)", "inf", "nan", "'epsd'; 1", None, True, [1], 1j])
+@pytest.mark.parametrize(
+    "evil",
+    ["__import__('os').system('true')", "1e5)", "inf", "nan", "'epsd'; 1", None, True, [1], 1j],
+)
 def test_no_cell_carries_anything_but_a_number_or_a_known_word(evil):
     for name in PARAMETERS:
         with pytest.raises(CalibratorError):

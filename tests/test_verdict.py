@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from toy_world import COUNT, EFFECTS, World
 
-from calibrator.identification import explain, pairs
-from calibrator.verdict import Rule, judge, withstands
+from calibrator.diagnosis.explanations import explain, pairs
+from calibrator.diagnosis.verdict import Rule, judge, withstands
 
 ALL = np.arange(COUNT)
 
@@ -59,7 +59,11 @@ def test_a_name_is_taken_back_where_it_does_not_predict_what_was_held_out(world,
         after = judged(world, surfaces, seed, used, held, off=5.0, sizes=hidden)
         if before.kind == "named":
             assert before.held_out >= 0.02 > after.held_out
-            assert (after.kind, after.effects, after.best) == ("ambiguous", ("adhesion", "unknown"), None)
+            assert (after.kind, after.effects, after.best) == (
+                "ambiguous",
+                ("adhesion", "unknown"),
+                None,
+            )
 
 
 def test_held_out_data_are_as_probable_as_they_should_be_under_the_truth(world):
@@ -81,13 +85,20 @@ def test_two_effects_at_once_are_told_from_one(world, surfaces):
     seed = next(seed for seed, v in enumerate(verdicts) if v.kind == "two effects")
     rng = np.random.default_rng(seed)
     control = [dataclasses.replace(e, control=e.name == "tilt") for e in EFFECTS]
-    assert judge(surfaces, world.measure(surfaces, rng, sizes=(1.5, 0, -1.5, 0)), control, ALL, rng).kind == "unknown"
+    assert (
+        judge(
+            surfaces, world.measure(surfaces, rng, sizes=(1.5, 0, -1.5, 0)), control, ALL, rng
+        ).kind
+        == "unknown"
+    )
 
 
 def test_pairs_that_cannot_be_combined_are_not_tried(world, surfaces):
     rng = np.random.default_rng(1)
     measured = world.measure(surfaces, rng, sizes=(1.5, 0, -1.5, 0))
-    alone = [dataclasses.replace(e, excludes=("tilt",) if e.name == "adhesion" else ()) for e in EFFECTS]
+    alone = [
+        dataclasses.replace(e, excludes=("tilt",) if e.name == "adhesion" else ()) for e in EFFECTS
+    ]
     tried = {fit.effects for fit in pairs(surfaces, measured, alone)}
     assert ("adhesion", "tilt") not in tried and len(tried) == 5
 
@@ -128,7 +139,8 @@ def test_an_effect_that_shows_nowhere_neither_wins_nor_breaks_the_verdict(world)
     blind = World(3)
     blind.effects[1] = 0
     surfaces = blind.surfaces(np.random.default_rng(4))
-    for one in (*surfaces.plain, *surfaces.changes):  # not even noise: no run of any experiment knows the effect
+    # not even noise: no run of any experiment knows the effect
+    for one in (*surfaces.plain, *surfaces.changes):
         one.coefficients[10:14] = 0
     verdict = judged(blind, surfaces, 1, sizes=(1.5, 0, 0, 0))
     assert verdict.effects == ("adhesion",)
@@ -140,9 +152,12 @@ def test_the_fit_of_the_true_model_has_the_chi2_of_its_degrees_of_freedom(world,
     fits = []
     for seed in range(40):
         rng = np.random.default_rng(seed)
-        fits.append(explain(surfaces, world.measure(surfaces, rng, sizes=(1.0, 0, 0, 0)), EFFECTS, (0,)))
+        fits.append(
+            explain(surfaces, world.measure(surfaces, rng, sizes=(1.0, 0, 0, 0)), EFFECTS, (0,))
+        )
     assert fits[0].degrees == COUNT - 3
-    # an estimated covariance makes chi2 a little larger, the error of the surfaces is one and the same in all fits
+    # an estimated covariance makes chi2 a little larger, the error of the surfaces is one and the
+    # same in all fits
     assert 0.6 < np.mean([f.chi2 for f in fits]) / fits[0].degrees < 1.6
     p = [f.adequacy(surfaces.degrees) for f in fits]
     assert np.mean(np.array(p) > 0.02) > 0.85

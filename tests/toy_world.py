@@ -1,14 +1,21 @@
-"""A made-up world with a known answer: smooth observables of two parameters and four effects, and seeded scatter."""
+"""A made-up world with a known answer: smooth observables of two parameters and four effects, and
+seeded scatter.
+"""
 
 import numpy as np
 from scipy.stats import qmc
 
-from calibrator.identification import Effect, Measured
-from calibrator.surface import fit_surfaces
+from calibrator.diagnosis.explanations import Effect, Measured
+from calibrator.diagnosis.surfaces import fit_surfaces
 
 EXPERIMENTS = {"hourglass": 6, "ledge": 4, "conical_pile": 5}
 COUNT, PARAMETERS = sum(EXPERIMENTS.values()), 2
-EFFECTS = [Effect("adhesion", "+", 1.0), Effect("drag", "+", 1.0), Effect("tilt", "+-", 1.0), Effect("wall", "+-", 1.0)]
+EFFECTS = [
+    Effect("adhesion", "+", 1.0),
+    Effect("drag", "+", 1.0),
+    Effect("tilt", "+-", 1.0),
+    Effect("wall", "+-", 1.0),
+]
 REPLICATES = 5
 
 
@@ -17,7 +24,10 @@ class World:
 
     def __init__(self, seed):
         rng = np.random.default_rng(seed)
-        self.slopes, self.bends = 6 * rng.normal(size=(PARAMETERS, COUNT)), rng.normal(size=(PARAMETERS, COUNT))
+        self.slopes, self.bends = (
+            6 * rng.normal(size=(PARAMETERS, COUNT)),
+            rng.normal(size=(PARAMETERS, COUNT)),
+        )
         self.effects = 2.5 * rng.normal(size=(len(EFFECTS), COUNT))
         self.outside = 4 * rng.normal(size=COUNT)
         mixed = [rng.normal(size=(n, n + 3)) for n in EXPERIMENTS.values()]
@@ -26,7 +36,11 @@ class World:
     def run(self, unit, sizes, rng):
         """One run of every experiment."""
         x = 2 * np.asarray(unit) - 1
-        mean = x @ self.slopes + x**2 @ self.bends + (sizes - 0.1 * np.asarray(sizes) ** 2) @ self.effects
+        mean = (
+            x @ self.slopes
+            + x**2 @ self.bends
+            + (sizes - 0.1 * np.asarray(sizes) ** 2) @ self.effects
+        )
         return mean + np.concatenate([root @ rng.normal(size=len(root)) for root in self.roots])
 
     def surfaces(self, rng):
@@ -38,9 +52,14 @@ class World:
         sizes = [np.zeros((16, k))]
         for i, effect in enumerate(EFFECTS):
             own = np.zeros((8, k))
-            own[:, i] = np.resize([1.0, 0.5, 1.5, 0.75], 8) * (1 if effect.sign == "+" else np.repeat([1, -1], 4))
+            own[:, i] = np.resize([1.0, 0.5, 1.5, 0.75], 8) * (
+                1 if effect.sign == "+" else np.repeat([1, -1], 4)
+            )
             sizes.append(own)
-        changed, sizes = np.vstack([points, *(points[i : i + 8] for i in range(k))]), np.vstack(sizes)
+        changed, sizes = (
+            np.vstack([points, *(points[i : i + 8] for i in range(k))]),
+            np.vstack(sizes),
+        )
         values = np.array([self.run(u, a, rng) for u, a in zip(changed, sizes, strict=True)])
         ends = np.cumsum([0, *EXPERIMENTS.values()])
         blocks = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
@@ -55,5 +74,10 @@ class World:
     def measure(self, surfaces, rng, sizes=(0, 0, 0, 0), outside=0.0):
         """Means over the replicates of a laboratory in which effects are hidden."""
         unit = rng.uniform(0.25, 0.75, PARAMETERS)
-        runs = [self.run(unit, np.array(sizes, float), rng) + outside * self.outside for _ in range(REPLICATES)]
-        return Measured(np.mean(runs, axis=0), surfaces.noise / REPLICATES, np.full(COUNT, REPLICATES))
+        runs = [
+            self.run(unit, np.array(sizes, float), rng) + outside * self.outside
+            for _ in range(REPLICATES)
+        ]
+        return Measured(
+            np.mean(runs, axis=0), surfaces.noise / REPLICATES, np.full(COUNT, REPLICATES)
+        )

@@ -1,4 +1,6 @@
-"""The benchmark's end: a peer in a virtual environment of its own, as a subprocess that talks JSON lines."""
+"""The benchmark's end: a peer in a virtual environment of its own, as a subprocess that talks JSON
+lines.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from calibrator.problem import Problem
+from calibrator.case.problem import Problem
 
 HERE = Path(__file__).parent
 ENVIRONMENTS = HERE.parents[1] / "build" / "peers"
@@ -23,7 +25,9 @@ Look = Callable[[np.ndarray], None]
 
 
 def python_of(name: str) -> Path:
-    """Python of the peer's environment, which is made and filled with pip where it is missing (some minutes)."""
+    """Python of the peer's environment, which is made and filled with pip where it is missing (some
+    minutes).
+    """
     folder = ENVIRONMENTS / name
     ready = folder / "ready"
     if not ready.exists() or ready.read_text() != REQUIRED[name]:
@@ -35,7 +39,10 @@ def python_of(name: str) -> Path:
 
 
 class Peer:
-    """A driver that serves one calibration after another. Parameters on a log scale reach it as decimal logarithms."""
+    """A driver that serves one calibration after another.
+
+    Parameters on a log scale reach it as decimal logarithms.
+    """
 
     def __init__(self, name: str) -> None:
         self._folder = tempfile.TemporaryDirectory()
@@ -49,18 +56,26 @@ class Peer:
         )
 
     def calibrate(
-        self, problem: Problem, run: Run, look: Look, seed: int, most_runs: int, options: dict[str, Any]
+        self,
+        problem: Problem,
+        run: Run,
+        look: Look,
+        seed: int,
+        most_runs: int,
+        options: dict[str, Any],
     ) -> dict[str, Any]:
         """One calibration to the peer's own end, or to most_runs.
 
         Parameters
         ----------
-        run : points (k, d) to responses (k, t) of one run each; look : is shown the sets (k, d) that the peer would recommend
-            after each of its rounds, the one it reports first; options : the driver's.
+        run : points (k, d) to responses (k, t) of one run each; look : is shown the sets (k, d)
+            that the peer would recommend after each of its rounds, the one it reports first;
+            options : the driver's.
 
         Returns
         -------
-        said : what the peer printed; error : of what it died, or empty; stopped : whether most_runs stopped it.
+        said : what the peer printed; error : of what it died, or empty; stopped : whether most_runs
+        stopped it.
         """
         logs = np.array([p.scale == "log" for p in problem.parameters])
         self._send(

@@ -1,7 +1,7 @@
 """Calibrations by ACCES (coexist 0.3.2), in an environment of its own: see channel.py.
 
-Everything is as shipped but `evaluate_solutions`, which would start a Python interpreter for each run. The errors are the
-relative ones of each response.
+Everything is as shipped but `evaluate_solutions`, which would start a Python interpreter for each
+run. The errors are the relative ones of each response.
 """
 
 import contextlib
@@ -27,7 +27,9 @@ def squares(errors):
 
 
 class InProcess(Access):
-    """Gets its runs from the benchmark, and tells it the best run and the estimate after every epoch."""
+    """Gets its runs from the benchmark, and tells it the best run and the estimate after every
+    epoch.
+    """
 
     def evaluate_solutions(self, solutions, epoch):
         values = np.array(self.channel.ask(solutions))
@@ -35,18 +37,30 @@ class InProcess(Access):
         return np.column_stack([errors, [self.multi_objective.combine(e) for e in errors]])
 
     def finished(self, es):
-        self.channel.recommend([es.result.xbest * self.setup.scaling, es.result.xfavorite * self.setup.scaling])
+        self.channel.recommend(
+            [es.result.xbest * self.setup.scaling, es.result.xfavorite * self.setup.scaling]
+        )
         return super().finished(es)
 
 
 def calibrate(job, channel):
-    """One calibration to ACCES's own end, or to the benchmark's, in a folder of its own: it would resume an earlier one."""
+    """One calibration to ACCES's own end, or to the benchmark's, in a folder of its own: it would
+    resume an earlier one.
+    """
     combine = Product() if job["options"]["combiner"] == "product" else squares
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        Path("sim.py").write_text(SCRIPT.format(**{key: job[key] for key in ("names", "low", "high")}))
+        Path("sim.py").write_text(
+            SCRIPT.format(**{key: job[key] for key in ("names", "low", "high")})
+        )
         access = InProcess("sim.py")
         access.channel, access.targets = channel, np.array(job["targets"])
-        access.learn(num_solutions=8, target_sigma=0.1, random_seed=job["seed"], multi_objective=combine, verbose=1)
+        access.learn(
+            num_solutions=8,
+            target_sigma=0.1,
+            random_seed=job["seed"],
+            multi_objective=combine,
+            verbose=1,
+        )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
 """Calibrations by GrainLearning 2.0.5, in an environment of its own: see channel.py.
 
-Everything is as shipped but the number of samples, by the documented rule 5 d ln d unless the job gives one, and `sigma_tol`
-where the job gives one. Responses reach it in powers of ten of their units that make the targets 1 to 10: with a density in
-kg/m3 beside a discharge rate in kg/s it dies in its first iteration, of a covariance that it takes for singular.
+Everything is as shipped but the number of samples, by the documented rule 5 d ln d unless the job
+gives one, and `sigma_tol` where the job gives one. Responses reach it in powers of ten of their
+units that make the targets 1 to 10: with a density in kg/m3 beside a discharge rate in kg/s it dies
+in its first iteration, of a covariance that it takes for singular.
 """
 
 import math

@@ -1,10 +1,11 @@
-"""Small experiments on the contact law, run inside YADE; the numbers they measure go into one JSON file.
+"""Small experiments on the contact law, run inside YADE; the numbers they measure go into one JSON
+file.
 
 By hand:  CONTACT_LAW_RECORD=numbers.json yade -n -x -j1 scenes.py
 
-One start of YADE costs two seconds, so all experiments share one process. Their scenes are built with the project's own
-modules (materials, contact functors, engines, time step); the formulas they must obey are in test_contact_law.py.
-Everything is in SI units.
+One start of YADE costs two seconds, so all experiments share one process. Their scenes are built
+with the project's own modules (materials, contact functors, engines, time step); the formulas they
+must obey are in test_contact_law.py. Everything is in SI units.
 """
 
 import json
@@ -17,7 +18,9 @@ import numpy as np
 from yade import InteractionLoop, NewtonIntegrator, O, PyRunner, utils
 
 # The script's path is in argv: inside YADE __file__ is YADE's own.
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "..", "yade_scripts"))
+sys.path.insert(
+    0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "..", "yade_scripts")
+)
 
 import contract
 import effects
@@ -32,7 +35,9 @@ FAR = 0.2  # half width [m] of a floor: no grain reaches its rim
 
 
 def scene(gravity=True, **given):
-    """An empty scene with the project's engines; returns its parameters and the grain and wall materials."""
+    """An empty scene with the project's engines; returns its parameters and the grain and wall
+    materials.
+    """
     O.reset()
     p = contract.checked(SETUP, given)
     grain, wall = session.start(p)
@@ -58,14 +63,18 @@ def run(seconds, look=lambda: None):
 
 
 def add_grain(p, z, grain, radius=None, velocity=(0, 0, 0), spin=(0, 0, 0), fixed=False):
-    """A grain on the z axis; returns its body. A fixed grain moves with the given velocities whatever acts on it."""
+    """A grain on the z axis; returns its body.
+
+    A fixed grain moves with the given velocities whatever acts on it.
+    """
     body = utils.sphere((0, 0, z), radius or p["particle_radius"], material=grain, fixed=fixed)
     body.state.vel, body.state.angVel = velocity, spin
     return O.bodies[O.bodies.append(body)]
 
 
 def add_floor(kind, wall, edge=0.0):
-    """A floor at z = 0: one wall, one large facet, or two coplanar facets whose shared edge meets the x axis at `edge` [m].
+    """A floor at z = 0: one wall, one large facet, or two coplanar facets whose shared edge meets
+    the x axis at `edge` [m].
 
     That edge is square to the x axis ("edge") or at 45 degrees to it ("oblique edge").
     """
@@ -111,14 +120,18 @@ def rebound(partner, restitution, speed=0.1):
         upper = add_grain(p, 1.001 * r, grain, velocity=(0, 0, -speed))
         lower = O.bodies[np.ravel(add_floor(partner, wall))[0].item()]
     run(5e-3)
-    return dict(restitution=(upper.state.vel[2] - lower.state.vel[2]) / speed, contacts_left=len(contacts(upper)))
+    return dict(
+        restitution=(upper.state.vel[2] - lower.state.vel[2]) / speed,
+        contacts_left=len(contacts(upper)),
+    )
 
 
 def sliding_impact(kind, normal_speed=0.02, tangential_speed=0.2):
     """Grazing impact on a floor without rolling friction and without gravity.
 
-    The surfaces slide throughout, because v_t > 7/2 mu_s (1 + e) v_n. The normal speed is low so that the overlap, which
-    shortens the lever arm of friction to r - delta/2, stays below half a per cent.
+    The surfaces slide throughout, because v_t > 7/2 mu_s (1 + e) v_n. The normal speed is low so
+    that the overlap, which shortens the lever arm of friction to r - delta/2, stays below half a
+    per cent.
     """
     p, grain, wall = scene(gravity=False, rolling_friction=0.0)
     r = p["particle_radius"]
@@ -143,11 +156,18 @@ def sliding_impact(kind, normal_speed=0.02, tangential_speed=0.2):
 
 
 def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_friction=0.1):
-    """Head-on impact of grains that spin about a tangential axis, without sliding friction and without gravity.
+    """Head-on impact of grains that spin about a tangential axis, without sliding friction and
+    without gravity.
 
-    Rolling friction alone changes the spin, and the spin is fast enough to keep the moment at its cap.
+    Rolling friction alone changes the spin, and the spin is fast enough to keep the moment at its
+    cap.
     """
-    p, grain, wall = scene(gravity=False, restitution=restitution, rolling_friction=rolling_friction, sliding_friction=0.0)
+    p, grain, wall = scene(
+        gravity=False,
+        restitution=restitution,
+        rolling_friction=rolling_friction,
+        sliding_friction=0.0,
+    )
     r = p["particle_radius"]
     if partner == "grain":
         add_grain(p, -1.0005 * r, grain, velocity=(0, 0, speed), spin=(0, -spin, 0))
@@ -165,10 +185,12 @@ def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_frictio
 
 
 def rolling(kind, rolling_friction, duration=0.1):
-    """A grain rolls on a floor without slip, with the speed 5/7 mu_r g t at which it comes to rest after t = duration.
+    """A grain rolls on a floor without slip, with the speed 5/7 mu_r g t at which it comes to rest
+    after t = duration.
 
-    It starts from static overlap. The deceleration is fitted between 10 % and 80 % of the duration, when the start-up
-    oscillation of the contact springs has died. A shared edge of two facets is crossed half-way to the stop.
+    It starts from static overlap. The deceleration is fitted between 10 % and 80 % of the duration,
+    when the start-up oscillation of the contact springs has died. A shared edge of two facets is
+    crossed half-way to the stop.
     """
     p, grain, wall = scene(rolling_friction=rolling_friction, sliding_friction=0.8)
     r, speed = p["particle_radius"], 5 / 7 * rolling_friction * material.GRAVITY * duration
@@ -179,7 +201,9 @@ def rolling(kind, rolling_friction, duration=0.1):
     samples = []
 
     def look():
-        samples.append((O.time - begin, body.state.vel[0], body.state.angVel[1] * r, len(contacts(body))))
+        samples.append(
+            (O.time - begin, body.state.vel[0], body.state.angVel[1] * r, len(contacts(body)))
+        )
 
     run(0.8 * duration, look)
     t, v, rim, touching = np.array(samples).T
@@ -193,12 +217,16 @@ def rolling(kind, rolling_friction, duration=0.1):
 
 
 def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
-    """A fixed grain under a force of five grain weights turns about a tangential axis until long past the cap.
+    """A fixed grain under a force of five grain weights turns about a tangential axis until long
+    past the cap.
 
-    Without sliding friction the torque on it is the rolling moment alone. ratio : radius of the other grain over its own;
-    for unequal grains the functor of the project takes the eta and the stiffness of that pair.
+    Without sliding friction the torque on it is the rolling moment alone. ratio : radius of the
+    other grain over its own; for unequal grains the functor of the project takes the eta and the
+    stiffness of that pair.
     """
-    p, grain, wall = scene(rolling_friction=rolling_friction, sliding_friction=0.0, rolling_spring=spring)
+    p, grain, wall = scene(
+        rolling_friction=rolling_friction, sliding_friction=0.0, rolling_spring=spring
+    )
     r, load, spin = p["particle_radius"], 5 * grain_weight(p), 0.1
     r_eff = effective_radius(p, partner)
     if partner == "grain":
@@ -297,7 +325,12 @@ def falling(bed_viscosity, duration=0.4):
     body = O.bodies[i]
     body.state.vel = (0, 0, 0)
     run(duration)
-    return dict(weight=grain_weight(p), radius=p["particle_radius"], speed=-body.state.vel[2], kept=len(O.engines))
+    return dict(
+        weight=grain_weight(p),
+        radius=p["particle_radius"],
+        speed=-body.state.vel[2],
+        kept=len(O.engines),
+    )
 
 
 def falling_askew(tilt_deg, duration=0.01):
@@ -309,7 +342,9 @@ def falling_askew(tilt_deg, duration=0.01):
 
 
 def falling_from_a_shaken_hand(shaking, frequency, periods, shaking_time):
-    """A grain falls freely in a set-up that vibrates: its velocity [m/s] after so many periods, and whether it still does."""
+    """A grain falls freely in a set-up that vibrates: its velocity [m/s] after so many periods, and
+    whether it still does.
+    """
     p, grain, wall = scene(shaking=shaking, shaking_frequency=frequency, shaking_time=shaking_time)
     body = add_grain(p, 0, grain)
     effects.shake(p)
@@ -352,15 +387,22 @@ def twisted_contact(partner, twisting_stiffness=0.5, spin=10.0):
 
 
 def sized_caps(size_spread=0.25, rolling_friction=0.2):
-    """Rolling cap of every pair of sizes under a unit force, as YADE computes it, and as the law asks for [m]."""
+    """Rolling cap of every pair of sizes under a unit force, as YADE computes it, and as the law
+    asks for [m].
+    """
     p, _, _ = scene(size_spread=size_spread, rolling_friction=rolling_friction)
     radii, eta = material.size_classes(p), engine(InteractionLoop).physDispatcher.functors[0].eta
     pairs = [(a, b) for a in radii for b in radii]
-    return dict(given=[eta * (a + b) / 2 for a, b in pairs], wanted=[rolling_friction * a * b / (a + b) for a, b in pairs])
+    return dict(
+        given=[eta * (a + b) / 2 for a, b in pairs],
+        wanted=[rolling_friction * a * b / (a + b) for a, b in pairs],
+    )
 
 
 def sizes(size_spread, count=7000):
-    """Moments of the radii of grains as they are created: mean [m], coefficient of variation, and mean mass [kg]."""
+    """Moments of the radii of grains as they are created: mean [m], coefficient of variation, and
+    mean mass [kg].
+    """
     p, grain, wall = scene(size_spread=size_spread)
     centres = 0.01 * np.array([(i % 20, i // 20 % 20, i // 400) for i in range(count)], float)
     ids = session.add_grains(p, centres, grain, np.random.default_rng(1))
@@ -398,7 +440,9 @@ class Upright:
 
 
 def clump_rebound(aspect=1.3, speed=0.1):
-    """A clump that stands on its end hits a floor without gravity: ratio of its velocities, and the spin that it got."""
+    """A clump that stands on its end hits a floor without gravity: ratio of its velocities, and the
+    spin that it got.
+    """
     p, grain, wall = scene(gravity=False, clump_aspect=aspect)
     add_floor("wall", wall)
     reach = material.largest_reach(p)
@@ -407,7 +451,9 @@ def clump_rebound(aspect=1.3, speed=0.1):
     state.vel = (0, 0, -speed)
     run(5e-3)
     return dict(
-        restitution=state.vel[2] / speed, wanted=p["restitution"], spin=state.angVel.norm() * p["particle_radius"] / speed
+        restitution=state.vel[2] / speed,
+        wanted=p["restitution"],
+        spin=state.angVel.norm() * p["particle_radius"] / speed,
     )
 
 
@@ -417,16 +463,24 @@ def clump_fall(bed_viscosity, duration=0.4):
     (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
     O.bodies[i].state.vel = (0, 0, 0)
     run(duration)
-    return dict(weight=grain_weight(p), radius=p["particle_radius"], speed=-O.bodies[i].state.vel[2])
+    return dict(
+        weight=grain_weight(p), radius=p["particle_radius"], speed=-O.bodies[i].state.vel[2]
+    )
 
 
 def settled_layer(count=200, diameter=0.03):
-    """Grains poured into a wide cylinder until they are at rest: mean energies [J] at that moment and 0.1 s later.
+    """Grains poured into a wide cylinder until they are at rest: mean energies [J] at that moment
+    and 0.1 s later.
 
     The layer is one to two grains deep, so that some of the grains touch nothing but the floor.
     """
     p, grain, wall = scene(cylinder_diameter=diameter, filling_kinetic_energy=1e-15)
-    r, cylinder, mass, rng = p["particle_radius"], diameter / 2, material.grain_mass(p), np.random.default_rng(p["seed"])
+    r, cylinder, mass, rng = (
+        p["particle_radius"],
+        diameter / 2,
+        material.grain_mass(p),
+        np.random.default_rng(p["seed"]),
+    )
     centres = packing.cloud(
         count,
         r,
@@ -444,7 +498,10 @@ def settled_layer(count=200, diameter=0.03):
     states = session.states_of(ids)
 
     def energies():
-        return dict(translational=stop.mean_kinetic_energy(states, mass), rotational=stop.mean_rotational_energy(states, mass, r))
+        return dict(
+            translational=stop.mean_kinetic_energy(states, mass),
+            rotational=stop.mean_rotational_energy(states, mass, r),
+        )
 
     at_rest = energies()
     run(0.1)
@@ -463,10 +520,13 @@ def lost_grain():
 
 
 def lingering_step():
-    """Two waits of ten steps in a row, the last step of each taking its time: after how many steps [1] the second ends."""
+    """Two waits of ten steps in a row, the last step of each taking its time: after how many steps
+    [1] the second ends.
+    """
     p, grain, _ = scene()
     add_grain(p, 0, grain)
-    O.engines = [*O.engines, PyRunner(command="O.iter > 1000 and O.pause()", iterPeriod=1)]  # else a lost look hangs
+    # else a lost look hangs
+    O.engines = [*O.engines, PyRunner(command="O.iter > 1000 and O.pause()", iterPeriod=1)]
     look = stop._look
 
     def slow():

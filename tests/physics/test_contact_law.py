@@ -1,8 +1,10 @@
-"""The contact law that YADE is given, measured on one and two grains, against the formulas it stands for.
+"""The contact law that YADE is given, measured on one and two grains, against the formulas it
+stands for.
 
-scenes.py makes the measurements inside YADE, once for this module. Formulas: Hertz (normal force), Mindlin (tangential
-stiffness), Coulomb (sliding), and the elastic-plastic rolling resistance whose moment is capped at mu_r R_eff |F_n|.
-R_eff = R1 R2/(R1 + R2) between grains and the grain radius r at a floor. Everything is in SI units.
+scenes.py makes the measurements inside YADE, once for this module. Formulas: Hertz (normal force),
+Mindlin (tangential stiffness), Coulomb (sliding), and the elastic-plastic rolling resistance whose
+moment is capped at mu_r R_eff |F_n|. R_eff = R1 R2/(R1 + R2) between grains and the grain radius r
+at a floor. Everything is in SI units.
 """
 
 import json
@@ -39,7 +41,9 @@ def measured(tmp_path_factory):
         timeout=600,
     )
     if not record.exists():
-        pytest.fail(f"{SCENES.name} left no record; YADE said:\n{done.stdout[-4000:]}", pytrace=False)
+        pytest.fail(
+            f"{SCENES.name} left no record; YADE said:\n{done.stdout[-4000:]}", pytrace=False
+        )
     numbers = json.loads(record.read_text())
     return lambda *name: numbers[" ".join(map(str, name))]
 
@@ -50,15 +54,21 @@ def e_star(p):
 
 
 def g_star(p):
-    """Mindlin's modulus G* = G/(2 (2 - nu)) of two bodies of the same material, G = E/(2 (1 + nu)) [Pa]."""
+    """Mindlin's modulus G* = G/(2 (2 - nu)) of two bodies of the same material, G = E/(2 (1 + nu))
+    [Pa].
+    """
     return p["young_modulus"] / (2 * (1 + p["poisson_ratio"])) / (2 * (2 - p["poisson_ratio"]))
 
 
 @pytest.mark.parametrize("partner", PARTNERS)
 def test_normal_force_is_that_of_hertz(measured, partner):
-    """F_n = 4/3 E* sqrt(R_eff) delta^1.5, with R_eff = r at a floor although YADE's wall is a sphere of 1e8 r."""
+    """F_n = 4/3 E* sqrt(R_eff) delta^1.5, with R_eff = r at a floor although YADE's wall is a
+    sphere of 1e8 r.
+    """
     m = measured("pressed", partner)
-    expected = 4 / 3 * e_star(m["parameters"]) * math.sqrt(m["effective_radius"]) * m["overlap"] ** 1.5
+    expected = (
+        4 / 3 * e_star(m["parameters"]) * math.sqrt(m["effective_radius"]) * m["overlap"] ** 1.5
+    )
     assert m["normal_force"] == pytest.approx(expected, rel=0.005)
 
 
@@ -79,7 +89,9 @@ def test_friction_of_a_contact_is_the_sliding_friction_coefficient(measured, par
 
 @pytest.mark.parametrize(("restitution", "tolerance"), [(0.5, 0.04), (0.9, 0.01), (0.93, 0.01)])
 @pytest.mark.parametrize("partner", PARTNERS)
-def test_restitution_in_a_head_on_impact_is_the_requested_one(measured, partner, restitution, tolerance):
+def test_restitution_in_a_head_on_impact_is_the_requested_one(
+    measured, partner, restitution, tolerance
+):
     """A stronger damping is sampled more coarsely by the same time step: 0.5 comes out 3 % low."""
     m = measured("rebound", partner, restitution)
     assert m["contacts_left"] == 0
@@ -87,11 +99,15 @@ def test_restitution_in_a_head_on_impact_is_the_requested_one(measured, partner,
 
 
 @pytest.mark.parametrize("kind", FLOORS)
-def test_sliding_impact_changes_the_tangential_velocity_by_mu_times_the_normal_change(measured, kind):
+def test_sliding_impact_changes_the_tangential_velocity_by_mu_times_the_normal_change(
+    measured, kind
+):
     """Delta v_t = mu_s (1 + e) v_n as long as the surfaces slide."""
     m = measured("sliding_impact", kind)
     assert m["final_slip"] > 0
-    assert m["tangential_change"] == pytest.approx(m["sliding_friction"] * m["normal_change"], rel=0.01)
+    assert m["tangential_change"] == pytest.approx(
+        m["sliding_friction"] * m["normal_change"], rel=0.01
+    )
 
 
 @pytest.mark.parametrize("kind", FLOORS)
@@ -104,8 +120,12 @@ def test_sliding_impact_spins_the_grain_up_by_the_moment_of_the_friction(measure
 
 @pytest.mark.parametrize("rolling_friction", [0.1, 0.3])
 @pytest.mark.parametrize("kind", FLOORS)
-def test_rolling_grain_is_slowed_by_the_requested_rolling_friction(measured, kind, rolling_friction):
-    """Rolling without slip under the moment mu_r r m g decelerates by a = 5/7 mu_r g, so mu_r = 7 a/(5 g)."""
+def test_rolling_grain_is_slowed_by_the_requested_rolling_friction(
+    measured, kind, rolling_friction
+):
+    """Rolling without slip under the moment mu_r r m g decelerates by a = 5/7 mu_r g, so mu_r = 7
+    a/(5 g).
+    """
     m = measured("rolling", kind, rolling_friction)
     assert (m["fewest_contacts"], m["most_contacts"]) == (1, 1)
     assert m["largest_slip"] < 0.01
@@ -114,14 +134,18 @@ def test_rolling_grain_is_slowed_by_the_requested_rolling_friction(measured, kin
 
 @pytest.mark.parametrize("rolling_friction", [0.1, 0.3])
 @pytest.mark.parametrize("kind", ["edge", "oblique edge"])
-def test_shared_edge_of_two_coplanar_facets_does_not_brake_a_rolling_grain(measured, kind, rolling_friction):
+def test_shared_edge_of_two_coplanar_facets_does_not_brake_a_rolling_grain(
+    measured, kind, rolling_friction
+):
     """At the edge the grain touches both facets for a moment and hops; that must not cost speed."""
     m = measured("rolling", kind, rolling_friction)
     assert m["most_contacts"] == 2
     assert m["rolling_friction"] == pytest.approx(rolling_friction, rel=0.05)
 
 
-@pytest.mark.parametrize("contact", [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2)])
+@pytest.mark.parametrize(
+    "contact", [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2)]
+)
 def test_rolling_moment_is_capped_at_mu_r_times_R_eff_times_the_normal_force(measured, contact):
     """Equal grains, grains with R2/R1 = 1.5, and floors, under a force known from the overlap."""
     m = measured("bent_contact", *contact)
@@ -132,10 +156,19 @@ def test_rolling_moment_is_capped_at_mu_r_times_R_eff_times_the_normal_force(mea
 
 @pytest.mark.parametrize("restitution", [0.5, 0.9])
 @pytest.mark.parametrize("partner", PARTNERS)
-def test_impact_takes_no_more_spin_than_the_capped_rolling_moment_can(measured, partner, restitution):
-    """With the moment at its cap throughout, Delta omega = mu_r R_eff Delta v_n/(2/5 r^2): the cap holds in every step."""
+def test_impact_takes_no_more_spin_than_the_capped_rolling_moment_can(
+    measured, partner, restitution
+):
+    """With the moment at its cap throughout, Delta omega = mu_r R_eff Delta v_n/(2/5 r^2): the cap
+    holds in every step.
+    """
     m = measured("spinning_impact", partner, restitution)
-    expected = m["rolling_friction"] * m["effective_radius"] * m["normal_change"] / (0.4 * m["radius"] ** 2)
+    expected = (
+        m["rolling_friction"]
+        * m["effective_radius"]
+        * m["normal_change"]
+        / (0.4 * m["radius"] ** 2)
+    )
     assert m["spin_loss"] == pytest.approx(expected, rel=0.01)
 
 
@@ -149,7 +182,13 @@ def test_no_rolling_friction_means_no_rolling_moment(measured, partner):
 
 @pytest.mark.parametrize(
     "contact",
-    [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2), *((partner, 0.2, 1.0, "epsd") for partner in PARTNERS)],
+    [
+        ("grain", 0.2),
+        ("grain", 0.2, 1.5),
+        ("facet", 0.2),
+        ("wall", 0.2),
+        *((partner, 0.2, 1.0, "epsd") for partner in PARTNERS),
+    ],
 )
 def test_rolling_moment_rises_with_the_angle_by_the_rolling_stiffness(measured, contact):
     """Slope of moment over angle below the cap [N m/rad]."""
@@ -157,9 +196,13 @@ def test_rolling_moment_rises_with_the_angle_by_the_rolling_stiffness(measured, 
     assert m["slope"] == pytest.approx(m["stiffness"], rel=0.02)
 
 
-@pytest.mark.parametrize("contact", [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2)])
+@pytest.mark.parametrize(
+    "contact", [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2)]
+)
 def test_default_rolling_stiffness_follows_the_tangential_stiffness(measured, contact):
-    """k_r = factor * k_t R_eff^2 with k_t = 8 G* sqrt(R_eff delta) at the overlap of five grain weights."""
+    """k_r = factor * k_t R_eff^2 with k_t = 8 G* sqrt(R_eff delta) at the overlap of five grain
+    weights.
+    """
     m = measured("bent_contact", *contact)
     p, r_eff = m["parameters"], m["effective_radius"]
     overlap = (m["load"] / (4 / 3 * e_star(p) * math.sqrt(r_eff))) ** (2 / 3)
@@ -175,7 +218,9 @@ def test_spin_about_the_contact_normal_persists(measured, kind):
 
 
 def test_layer_at_rest_by_translational_energy_still_spins(measured):
-    """The translational energy passes 1e-15 J per grain; the total stalls far above and has not fallen 0.1 s later."""
+    """The translational energy passes 1e-15 J per grain; the total stalls far above and has not
+    fallen 0.1 s later.
+    """
     m = measured("settled_layer")
     assert m["threshold"] == 1e-15
     for energy in (m["at_rest"], m["later"]):
@@ -190,7 +235,9 @@ def test_a_grain_that_has_left_the_vessel_ends_the_filling_soon_and_says_why(mea
 
 
 def test_a_wait_begins_when_the_last_step_of_the_one_before_has_ended(measured):
-    """Else the engines of the new wait are lost, and it never ends: one pile in about a hundred ran into its time limit."""
+    """Else the engines of the new wait are lost, and it never ends: one pile in about a hundred ran
+    into its time limit.
+    """
     assert 20 <= measured("lingering_step")["steps"] <= 25
 
 
@@ -199,7 +246,9 @@ def test_a_wait_begins_when_the_last_step_of_the_one_before_has_ended(measured):
 
 @pytest.mark.parametrize("partner", PARTNERS)
 def test_adhesion_pulls_with_the_bond_number_times_the_weight_of_a_grain(measured, partner):
-    """DMT: 4 pi R_eff gamma at any overlap, so twice as much at a floor, where R_eff is twice that of two grains."""
+    """DMT: 4 pi R_eff gamma at any overlap, so twice as much at a floor, where R_eff is twice that
+    of two grains.
+    """
     m = measured("pull_off", partner)
     expected = m["bond_number"] * m["weight"] * (1 if partner == "grain" else 2)
     assert m["pull"] == pytest.approx(expected, rel=1e-3)
@@ -220,16 +269,22 @@ def test_a_grain_in_a_viscous_bed_falls_with_the_velocity_of_stokes(measured):
 def test_tilt_turns_gravity_towards_x(measured):
     x, y, z = measured("falling_askew", 5.0)["acceleration"]
     angle = math.radians(5.0)
-    assert (x, z) == pytest.approx((9.81 * math.sin(angle), -9.81 * math.cos(angle)), rel=1e-6) and y == 0
+    assert (x, z) == pytest.approx(
+        (9.81 * math.sin(angle), -9.81 * math.cos(angle)), rel=1e-6
+    ) and y == 0
 
 
 @pytest.mark.parametrize(("periods", "shaking_time"), [(0.5, 1.0), (1.25, 1.0), (3.0, 0.5 / 50)])
 def test_a_shaken_set_up_throws_a_grain_sideways_until_it_stops(measured, periods, shaking_time):
-    """v_x = Gamma g/omega (1 - cos omega t); after the vibration it stays what it was, and nothing moves along y."""
+    """v_x = Gamma g/omega (1 - cos omega t); after the vibration it stays what it was, and nothing
+    moves along y.
+    """
     m = measured("falling_from_a_shaken_hand", 0.8, 50.0, periods, shaking_time)
     omega, time = 2 * math.pi * 50.0, min(m["time"], shaking_time)
     x, y, z = m["velocity"]
-    assert x == pytest.approx(0.8 * 9.81 / omega * (1 - math.cos(omega * time)), rel=0.02) and y == 0
+    assert (
+        x == pytest.approx(0.8 * 9.81 / omega * (1 - math.cos(omega * time)), rel=0.02) and y == 0
+    )
     assert z == pytest.approx(-9.81 * m["time"], rel=1e-3)
     assert m["shakes"] is (m["time"] < shaking_time)
 
@@ -239,16 +294,22 @@ def test_wall_friction_is_the_requested_share_of_that_between_grains(measured, r
     """Also above one, where YADE by itself would take the smaller friction of the two materials."""
     assert measured("friction_at", "grain", ratio)["friction"] == pytest.approx(0.45, rel=1e-9)
     for floor in FLOORS:
-        assert measured("friction_at", floor, ratio)["friction"] == pytest.approx(0.45 * ratio, rel=1e-9)
+        assert measured("friction_at", floor, ratio)["friction"] == pytest.approx(
+            0.45 * ratio, rel=1e-9
+        )
 
 
 @pytest.mark.parametrize("partner", PARTNERS)
-def test_twisting_moment_rises_with_the_angle_by_its_share_of_the_rolling_stiffness(measured, partner):
+def test_twisting_moment_rises_with_the_angle_by_its_share_of_the_rolling_stiffness(
+    measured, partner
+):
     m = measured("twisted_contact", partner)
     assert m["stiffness"] == pytest.approx(m["expected"], rel=0.02)
 
 
-def test_the_rolling_cap_of_several_sizes_is_right_in_the_mean_and_within_13_percent_for_each_pair(measured):
+def test_the_rolling_cap_of_several_sizes_is_right_in_the_mean_and_within_13_percent_for_each_pair(
+    measured,
+):
     """mu_r R1 R2/(R1 + R2) against the one eta that YADE has for all pairs."""
     m = measured("sized_caps")
     ratios = [given / wanted for given, wanted in zip(m["given"], m["wanted"], strict=True)]
@@ -257,7 +318,9 @@ def test_the_rolling_cap_of_several_sizes_is_right_in_the_mean_and_within_13_per
 
 
 def test_grains_of_several_sizes_have_the_requested_moments(measured):
-    """Mean radius as given, its coefficient of variation, and the mean mass 1 + 3 cv^2 that goes with them."""
+    """Mean radius as given, its coefficient of variation, and the mean mass 1 + 3 cv^2 that goes
+    with them.
+    """
     m = measured("sizes", 0.25)
     assert m["mean"] == pytest.approx(m["nominal"], rel=1e-9)
     assert m["spread"] == pytest.approx(0.25, rel=1e-9)
@@ -268,14 +331,18 @@ def test_grains_of_several_sizes_have_the_requested_moments(measured):
 def test_a_clump_has_the_mass_of_a_grain_and_the_requested_length(measured, aspect):
     m = measured("clump", aspect)
     assert m["mass"] == pytest.approx(m["grain_mass"], rel=1e-9)
-    assert (m["distance"] + 2 * m["sphere_radius"]) / (2 * m["sphere_radius"]) == pytest.approx(aspect, rel=1e-9)
+    assert (m["distance"] + 2 * m["sphere_radius"]) / (2 * m["sphere_radius"]) == pytest.approx(
+        aspect, rel=1e-9
+    )
 
 
 def test_a_clump_of_two_touching_spheres_has_their_inertia(measured):
     """2/5 m R^2 about the axis, and m R^2 more across it (Steiner)."""
     m = measured("clump", 2.0)
     along = 0.4 * m["mass"] * m["sphere_radius"] ** 2
-    assert m["inertia"] == pytest.approx([along, *[along + m["mass"] * m["sphere_radius"] ** 2] * 2], rel=1e-3)
+    assert m["inertia"] == pytest.approx(
+        [along, *[along + m["mass"] * m["sphere_radius"] ** 2] * 2], rel=1e-3
+    )
 
 
 def test_a_clump_that_lands_on_its_end_rebounds_with_the_requested_restitution(measured):

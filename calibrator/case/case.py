@@ -1,0 +1,87 @@
+"""Everything one calibration needs, in one value."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from calibrator.case.lab import Nuisance, Observable
+from calibrator.case.problem import Problem
+from calibrator.case.settings import (
+    MOST_RUNS,
+    Cluster,
+    Condition,
+    Diagnosis,
+    Interpolation,
+    Plan,
+    Replicates,
+    Running,
+    Search,
+)
+from calibrator.errors import CalibratorError
+from calibrator.files import named_file
+
+
+@dataclass(frozen=True)
+class Case:
+    """Everything one calibration needs.
+
+    path : the TOML file; measured : the lab file; truth : the known answer of a synthetic lab (or
+    empty).
+    """
+
+    name: str
+    path: Path
+    problem: Problem
+    plan: Plan = field(default_factory=Plan)
+    interpolation: Interpolation = field(default_factory=Interpolation)
+    search: Search = field(default_factory=Search)
+    verify: Replicates = field(default_factory=Replicates)
+    validate: Replicates = field(default_factory=lambda: Replicates(3, 600_000, 0))
+    run: Running = field(default_factory=Running)
+    cluster: Cluster = field(default_factory=Cluster)
+    truth: dict[str, float] = field(default_factory=dict)
+    about: str = ""
+    measured: Path = Path()
+    observables: tuple[Observable, ...] = ()
+    conditions: dict[str, Condition] = field(default_factory=dict)
+    diagnosis: Diagnosis = field(default_factory=Diagnosis)
+    nuisances: tuple[Nuisance, ...] = ()
+
+    def __post_init__(self) -> None:
+        sets = (
+            math.prod(p.samples for p in self.problem.parameters)
+            if self.plan.design == "grid"
+            else self.plan.sets
+        )
+        runs = sets * self.plan.replicates * len(self.problem.calibration_setups)
+        if runs > MOST_RUNS:
+            raise CalibratorError(
+                f"the plan has {runs:,} runs: lower samples, sets or replicates to at most"
+                f" {MOST_RUNS:,} runs"
+            )
+        for key, settings in (
+            ("run", self.run),
+            ("verify", self.verify),
+            ("validate", self.validate),
+            ("diagnosis", self.diagnosis),
+        ):
+            if settings.shipped:
+                named_file(self.path, settings.shipped, f"{key}.shipped")
+
+    @property
+    def shipped(self) -> Path | None:
+        """The response database that may serve as a start, relative to the case file;
+
+        None where none is named.
+        """
+        return named_file(self.path, self.run.shipped, "shipped") if self.run.shipped else None
+
+    def without_shipped_verification(self) -> Case:
+        """The same case, for which verification and validation have to be run here."""
+        verify, validate = (
+            dataclasses.replace(s, shipped="") for s in (self.verify, self.validate)
+        )
+        return dataclasses.replace(self, verify=verify, validate=validate)

@@ -1,0 +1,72 @@
+"""Formulas of the contact that both sides know:
+
+Rayleigh time, contact time, the scripts' time step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+Columns = Mapping[str, np.ndarray | float]
+
+# Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is
+# unbiased and the bulk responses do not move (benchmarks/same_responses.py).
+LARGEST_SHARE = 0.4
+
+
+def rayleigh_time(columns: Columns) -> np.ndarray:
+    """Rayleigh time T_R [s] of the grains, the shape of the columns.
+
+    T_R = pi r sqrt(rho_p / G) / (0.163 nu + 0.8766) with G = E / (2 (1 + nu)): the paper's Eq. (2).
+    """
+    poisson = columns["poisson_ratio"]
+    shear_modulus = columns["young_modulus"] / (2 * (1 + poisson))
+    crossing = (
+        math.pi * columns["particle_radius"] * np.sqrt(columns["particle_density"] / shear_modulus)
+    )
+    return np.asarray(crossing / (0.163 * poisson + 0.8766))
+
+
+def time_step_warning(time_step: float, columns: Columns) -> str | None:
+    """One line if time_step [s] exceeds LARGEST_SHARE of the smallest Rayleigh time among the
+    columns, else None.
+    """
+    shortest = float(np.min(rayleigh_time(columns)))
+    if time_step <= LARGEST_SHARE * shortest:
+        return None
+    return (
+        f"time step {time_step:.3g} s is {time_step / shortest:.0%} of the Rayleigh time"
+        f" {shortest:.3g} s, above {LARGEST_SHARE:.0%}: lower it to {LARGEST_SHARE * shortest:.2g}"
+        " s, or choose larger, denser or softer grains"
+    )
+
+
+LARGEST_STEP_SHARE = 0.28
+"""The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
+
+
+GRAVITY = 9.81
+
+
+def time_step(p: Mapping[str, float]) -> float:
+    """The scripts' time step [s] for grains of one size: yade_scripts/material.py."""
+    rayleigh = float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
+    return p["time_step"] or min(
+        p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p)
+    )
+
+
+def contact_time(p: Mapping[str, float]) -> float:
+    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact under five grain weights:
+    yade_scripts/material.py.
+    """
+    radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
+    mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
+    overlap = (
+        5 * mass * GRAVITY / (4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2))
+    ) ** (2 / 3)
+    shear = 8 * young / (2 * (1 + poisson)) / (2 * (2 - poisson)) * math.sqrt(radius / 2 * overlap)
+    return math.sqrt(0.4 * mass * radius**2 / (4 * shear * (radius / 2) ** 2))

@@ -1,0 +1,256 @@
+"""What is calibrated against what: parameters with bounds, fixed values, targets.
+
+Values that cannot be invalid.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
+from calibrator.errors import CalibratorError, shown
+
+Value = float | int | str
+LARGEST, SMALLEST = 1e30, 1e-30
+"""Magnitudes of a measured value: no bulk response lies outside, and squares stay far from the ends
+of a float.
+"""
+
+
+WIDEST_LOG_SCALE = 1e12
+
+
+def known(name: str, names: Iterable[str], what: str) -> str:
+    """Return name if it is one of names, else raise CalibratorError with the nearest spelling."""
+    names = list(names)
+    if name in names:
+        return name
+    close = (
+        difflib.get_close_matches(name, names, 1)
+        if isinstance(name, str) and len(name) < 100
+        else []
+    )
+    hint = f"did you mean {close[0]}?" if close else "use one of " + ", ".join(names)
+    raise CalibratorError(f"unknown {what} {shown(name)}: {hint}")
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is an integer or a finite float;
+
+    True and False are not, though Python counts them as integers.
+    """
+    return (
+        isinstance(value, int)
+        and not isinstance(value, bool)
+        or isinstance(value, float)
+        and math.isfinite(value)
+    )
+
+
+def checked_value(name: str, value: Any) -> Value:
+    """A parameter value of the right type within the contract's range, else CalibratorError."""
+    quantity = PARAMETERS[known(name, PARAMETERS, "parameter")]
+    if quantity.choices is not None:
+        if value not in quantity.choices:
+            raise CalibratorError(
+                f"{name} = {shown(value)}: choose one of {', '.join(quantity.choices)}"
+            )
+        return str(value)
+    if not is_number(value):
+        raise CalibratorError(f"{name} = {shown(value)}: give a finite number in {quantity.unit}")
+    assert quantity.low is not None and quantity.high is not None
+    if not quantity.low <= value <= quantity.high:
+        raise CalibratorError(
+            f"{name} = {shown(value)}: give a value from {quantity.low:g} to {quantity.high:g}"
+            f" {quantity.unit}"
+        )
+    if quantity.unit == "integer" and value != int(value):
+        raise CalibratorError(f"{name} = {value!r}: give a whole number")
+    return int(value) if quantity.unit == "integer" else float(value)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A calibrated parameter: bounds, samples per axis of a full grid, bits of the genetic
+    encoding.
+
+    scale says how a design spaces its values and in which coordinate responses are interpolated:
+    "linear", or "log" where the bounds span a decade, as those of Young's modulus often do. The
+    genetic encoding is always linear, like O2.
+    """
+
+    name: str
+    low: float
+    high: float
+    samples: int = 5
+    bits: int = 8
+    scale: str = "linear"
+
+    def __post_init__(self) -> None:
+        for bound in (self.low, self.high):
+            checked_value(self.name, bound)
+        if PARAMETERS[self.name].unit in ("token", "integer"):
+            raise CalibratorError(
+                f"{self.name} is not a number that can be calibrated: move it to [fixed]"
+            )
+        if not self.low < self.high:
+            raise CalibratorError(
+                f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap or"
+                " correct them"
+            )
+        if not 2 <= self.samples <= 1000:
+            raise CalibratorError(f"{self.name}: samples = {self.samples}; give 2 to 1000")
+        if not 1 <= self.bits <= 32:
+            raise CalibratorError(f"{self.name}: bits = {self.bits}; give 1 to 32")
+        known(self.scale, ("linear", "log"), f"scale of {self.name}")
+        if self.scale == "log" and self.low <= 0:
+            raise CalibratorError(
+                f"{self.name}: a log scale needs low above zero, it is {self.low:g}"
+            )
+        if self.scale == "log" and self.high / self.low > WIDEST_LOG_SCALE:
+            raise CalibratorError(
+                f"{self.name}: high is {self.high / self.low:.1g} times low; narrow the bounds of a"
+                " log scale"
+            )
+
+    def values_at(self, shares: np.ndarray) -> np.ndarray:
+        """Values at shares 0 to 1 of the way from low to high on the parameter's scale, the shape
+        of shares.
+        """
+        if self.scale == "log":
+            return np.clip(self.low * (self.high / self.low) ** shares, self.low, self.high)
+        return self.low + shares * (self.high - self.low)
+
+    def shares_of(self, values: np.ndarray) -> np.ndarray:
+        """The inverse of `values_at`."""
+        if self.scale == "log":
+            return np.asarray(np.log(values / self.low) / np.log(self.high / self.low))
+        return (values - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A measured bulk response of one set-up.
+
+    value and scatter (standard deviation of one replicate) are in the response's unit; replicates
+    is how many measurements the value averages; tolerance is the relative error at which the target
+    counts as met.
+    """
+
+    setup: str
+    response: str
+    value: float
+    scatter: float = 0.0
+    replicates: int = 1
+    weight: float = 1.0
+    tolerance: float = 0.03
+
+    def __post_init__(self) -> None:
+        known(self.setup, SETUPS, "set-up")
+        known(self.response, RESPONSES, "response")
+        if self.setup not in RESPONSES[self.response].setups:
+            raise CalibratorError(
+                f"{self.setup} does not measure {self.response}: use"
+                f" {' or '.join(RESPONSES[self.response].setups)}"
+            )
+        if not SMALLEST <= abs(self.value) <= LARGEST:
+            raise CalibratorError(
+                f"target {self.key} = {self.value}: give a finite value other than zero"
+            )
+        for name, most in (("scatter", LARGEST), ("weight", 1e6), ("tolerance", 1e6)):
+            if not 0 <= getattr(self, name) <= most:
+                raise CalibratorError(
+                    f"target {self.key}: {name} = {getattr(self, name)}; give zero or a positive"
+                    f" number, at most {most:g}"
+                )
+        if self.scatter == 0 and self.tolerance == 0:
+            raise CalibratorError(
+                f"target {self.key} has neither scatter nor tolerance: give at least one of them"
+            )
+        if not 1 <= self.replicates <= 1_000_000:
+            raise CalibratorError(
+                f"target {self.key}: replicates = {shown(self.replicates)}; give 1 to 1000000"
+            )
+
+    @property
+    def key(self) -> str:
+        """setup.response, the name under which the response is interpolated and reported."""
+        return f"{self.setup}.{self.response}"
+
+    @property
+    def standard_error(self) -> float:
+        """Standard error of the measured mean."""
+        return self.scatter / math.sqrt(self.replicates)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Calibrated parameters, values fixed for all set-ups and per set-up, and the targets used and
+    held out.
+    """
+
+    parameters: tuple[Parameter, ...]
+    targets: tuple[Target, ...]
+    held_out: tuple[Target, ...] = ()
+    fixed: dict[str, Value] = field(default_factory=dict)
+    setups: dict[str, dict[str, Value]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.parameters:
+            raise CalibratorError(
+                "nothing to calibrate: add a [parameters.<name>] table with low and high"
+            )
+        if not self.targets:
+            raise CalibratorError("no target: give the measured file a row with role calibrate")
+        names = [p.name for p in self.parameters]
+        keys = [t.key for t in (*self.targets, *self.held_out)]
+        for what in (names, keys):
+            twice = [x for x in what if what.count(x) > 1]
+            if twice:
+                raise CalibratorError(f"{twice[0]} is given twice: keep one of them")
+        clash = sorted(set(names) & set(self.fixed))
+        if clash:
+            raise CalibratorError(
+                f"{clash[0]} is both calibrated and fixed: remove it from one of the two"
+            )
+        for setup, own in self.setups.items():
+            # it would silently win over every set's own value
+            for name in sorted(own.keys() & {*names, "seed"}):
+                raise CalibratorError(f"setups.{setup}.{name} is what the plan sets: remove it")
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the calibrated parameters, in order."""
+        return [p.name for p in self.parameters]
+
+    @property
+    def low(self) -> np.ndarray:
+        """Lower bounds, shape (d,)."""
+        return np.array([p.low for p in self.parameters])
+
+    @property
+    def high(self) -> np.ndarray:
+        """Upper bounds, shape (d,)."""
+        return np.array([p.high for p in self.parameters])
+
+    @property
+    def calibration_setups(self) -> list[str]:
+        """Set-ups that have a target, in the contract's order."""
+        return [s for s in SETUPS if any(t.setup == s for t in self.targets)]
+
+    def columns(self, points: np.ndarray) -> dict[str, np.ndarray | float]:
+        """Every numeric parameter at points (n, d): calibrated ones as (n,) columns, fixed ones and
+        defaults as scalars.
+        """
+        columns: dict[str, Any] = {
+            n: q.default for n, q in PARAMETERS.items() if not isinstance(q.default, str)
+        }
+        columns.update({n: v for n, v in self.fixed.items() if not isinstance(v, str)})
+        columns.update({name: np.asarray(points, float)[:, i] for i, name in enumerate(self.names)})
+        return columns

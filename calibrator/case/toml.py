@@ -1,0 +1,271 @@
+"""The case file: one TOML per calibration, unknown keys refused, checked before anything runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from calibrator.case.case import Case
+from calibrator.case.codec import build, typed
+from calibrator.case.lab import Nuisance, Observable, read_lab, read_nuisances
+from calibrator.case.problem import Parameter, Problem, Target, Value, checked_value, known
+from calibrator.case.settings import (
+    Cluster,
+    Condition,
+    Diagnosis,
+    Interpolation,
+    Plan,
+    Replicates,
+    Running,
+    Search,
+)
+from calibrator.case.vocabulary import PARAMETERS, SETUPS, parameters_of
+from calibrator.errors import CalibratorError
+from calibrator.files import named_file, read_text
+
+CASE_MEGABYTES = 0.25
+
+SECTIONS = {
+    "plan": Plan,
+    "interpolation": Interpolation,
+    "search": Search,
+    "verify": Replicates,
+    "validate": Replicates,
+    "run": Running,
+    "cluster": Cluster,
+    "diagnosis": Diagnosis,
+}
+
+
+def read_case(path: str | Path, site: Path | None = None, lab: Path | None = None) -> Case:
+    """Read and check a case file, and the [cluster] table of a site file. lab : lab file to read
+    instead of the case's own.
+
+    Raises CalibratorError with the offending key and what to write instead.
+    """
+    path = Path(path)
+    tables = _load(path)
+    if "shell" in _table(tables.get("cluster", {}), "cluster"):  # a case may come from anybody
+        raise CalibratorError(
+            "cluster.shell in a case file: move it to a site file of your own, given with --site"
+        )
+    if site is not None:
+        tables["cluster"] = _with_site(tables.get("cluster", {}), site)
+    for key in tables:
+        known(
+            key,
+            (
+                "name",
+                "about",
+                "measured",
+                "parameters",
+                "fixed",
+                "setups",
+                "targets",
+                "truth_file",
+                "conditions",
+                *SECTIONS,
+            ),
+            "key in the case file",
+        )
+    if not isinstance(tables.get("name"), str) or not re.fullmatch(
+        "[A-Za-z0-9_]{1,64}", tables["name"]
+    ):
+        raise CalibratorError(
+            'name is missing or not a plain word: add name = "my_sand" (at most 64 of A-Z, a-z, 0-9'
+            " and _)"
+        )
+    settings = {key: build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
+    truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
+    about = typed("about", "str", tables.get("about", ""))
+    measured = lab or _measured(tables, path)
+    observables, conditions = read_lab(measured), _conditions(tables)
+    for one in observables:
+        if (
+            one.condition
+            and conditions[known(one.condition, conditions, "condition")].setup != one.setup
+        ):
+            raise CalibratorError(
+                f"{one.key}: the condition belongs to {conditions[one.condition].setup}; correct"
+                " the lab file"
+            )
+    nuisances = _nuisances(settings.get("diagnosis", Diagnosis()), path, observables)
+    return Case(
+        tables["name"],
+        path,
+        _problem(tables, observables),
+        about=about,
+        truth=truth,
+        measured=measured,
+        observables=tuple(observables),
+        conditions=conditions,
+        nuisances=nuisances,
+        **settings,
+    )
+
+
+def _with_site(own: dict[str, Any], path: Path) -> dict[str, Any]:
+    """The case's [cluster] and the site's together; a key with two values is refused, so that
+    neither wins unnoticed.
+    """
+    tables = _load(path)
+    for key in tables:
+        known(key, ("cluster",), "key in the site file")
+    site = _table(tables.get("cluster", {}), "cluster")
+    for key in own:
+        if key in site and own[key] != site[key]:
+            raise CalibratorError(
+                f"cluster.{key} differs in the case and in {path}: delete one of them"
+            )
+    return {**site, **own}
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        return _plain(tomllib.loads(read_text(path, CASE_MEGABYTES)))
+    except FileNotFoundError:
+        raise CalibratorError(
+            f"no case file {path}: give the path of a TOML file such as cases/coarse_sand.toml"
+        ) from None
+    except OSError as error:
+        raise CalibratorError(f"cannot read {path} ({error}): give a readable TOML file") from None
+    # also an integer of thousands of digits, and brackets without end
+    except (ValueError, RecursionError) as error:
+        raise CalibratorError(f"{path} is not valid TOML ({error}): correct that line") from None
+
+
+def _plain(value: Any, depth: int = 0) -> Any:
+    """The value itself;
+
+    ValueError where it is nested deeper than any case, or an integer is none by TOML's own limit.
+    """
+    if depth > 10:
+        raise ValueError("tables or lists nested more than ten deep")
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError("an integer beyond 64 bits")
+    for one in (
+        value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    ):
+        _plain(one, depth + 1)
+    return value
+
+
+def _measured(tables: dict[str, Any], path: Path) -> Path:
+    if not isinstance(tables.get("measured"), str):
+        raise CalibratorError(
+            'measured is missing: add measured = "lab.csv", the file with the measured responses'
+        )
+    return named_file(path, tables["measured"], "measured")
+
+
+def _conditions(tables: dict[str, Any]) -> dict[str, Condition]:
+    conditions = {}
+    for name, spec in _table(tables.get("conditions", {}), "conditions").items():
+        where = f"conditions.{name}"
+        if not re.fullmatch("[A-Za-z0-9_]{1,64}", name):
+            raise CalibratorError(f"{where}: the name is not a plain word; use A-Z, a-z, 0-9 and _")
+        values = dict(_table(spec, where))
+        setup = known(values.pop("setup", ""), SETUPS, f"set-up of {where}")
+        own = {n: q for n, q in parameters_of(setup).items() if n != "seed"}
+        conditions[name] = Condition(
+            setup,
+            {
+                known(n, own, f"parameter of {where}"): checked_value(n, v)
+                for n, v in values.items()
+            },
+        )
+    return conditions
+
+
+def _nuisances(
+    diagnosis: Diagnosis, path: Path, observables: list[Observable]
+) -> tuple[Nuisance, ...]:
+    if not diagnosis.nuisances:
+        return ()
+    return tuple(
+        read_nuisances(named_file(path, diagnosis.nuisances, "diagnosis.nuisances"), observables)
+    )
+
+
+def _problem(tables: dict[str, Any], observables: list[Observable]) -> Problem:
+    parameters = tuple(
+        _parameter(name, spec)
+        for name, spec in _table(tables.get("parameters", {}), "parameters").items()
+    )
+    fixed = {n: checked_value(n, v) for n, v in _table(tables.get("fixed", {}), "fixed").items()}
+    if "seed" in fixed:
+        raise CalibratorError(
+            "seed cannot be fixed: replicates need different seeds; set plan.seed instead"
+        )
+    targets = _targets(tables, observables)
+    return Problem(
+        parameters,
+        targets=tuple(t for role, t in targets if role == "calibrate"),
+        held_out=tuple(t for role, t in targets if role == "held_out"),
+        fixed=fixed,
+        setups=_setups(tables),
+    )
+
+
+def _parameter(name: str, spec: Any) -> Parameter:
+    where = f"parameters.{known(name, PARAMETERS, 'parameter')}"
+    if "name" in _table(spec, where):
+        raise CalibratorError(f"{where} has a key name: remove it, the table's heading is the name")
+    return build(Parameter, {"name": name, **spec}, where)
+
+
+def _setups(tables: dict[str, Any]) -> dict[str, dict[str, Value]]:
+    setups: dict[str, dict[str, Value]] = {}
+    for setup, spec in _table(tables.get("setups", {}), "setups").items():
+        own = parameters_of(known(setup, SETUPS, "set-up"))
+        setups[setup] = {
+            known(n, own, f"parameter of {setup}"): checked_value(n, v)
+            for n, v in _table(spec, f"setups.{setup}").items()
+        }
+    return setups
+
+
+def _table(value: Any, where: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
+    return value
+
+
+def _targets(tables: dict[str, Any], observables: list[Observable]) -> list[tuple[str, Target]]:
+    """(role, target) of every row to calibrate or to validate with; [targets."setup.response"] may
+    set weight and tolerance.
+    """
+    options = _table(tables.get("targets", {}), "targets")
+    rows = [
+        (one.role, one.target())
+        for one in observables
+        if one.role != "diagnose" and not one.condition
+    ]
+    targets = []
+    for role, target in rows:
+        extra = {
+            k: typed(
+                f"targets.{target.key}.{known(k, ('weight', 'tolerance'), 'target option')}",
+                "float",
+                v,
+            )
+            for k, v in _table(options.get(target.key, {}), f"targets.{target.key}").items()
+        }
+        targets.append((role, dataclasses.replace(target, **extra)))
+    for key in options:
+        known(key, [o.key for o in observables], "target")
+    return targets
+
+
+def _truth(path: Path, name: Any) -> dict[str, float]:
+    """The parameters behind a synthetic lab, read only to print how far the calibration is from
+    them.
+    """
+    tables = _load(named_file(path, typed("truth_file", "str", name), "truth_file"))
+    for key in tables:
+        known(key, ("parameters",), "table in the truth file")
+    given = _table(tables.get("parameters", {}), "parameters").items()
+    return {n: typed(f"{name}: {n}", "float", checked_value(n, v)) for n, v in given}

@@ -1,0 +1,102 @@
+"""The vocabulary: every name that appears in tables, code, plots and errors, read from the scripts'
+contract.
+
+The contract is a data file beside the YADE scripts, because the calibrator and YADE run on
+different Pythons and never import each other.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "yade_scripts"
+_CONTRACT = json.loads((SCRIPTS / "contract.json").read_text())
+SCHEMA: int = _CONTRACT["schema"]
+SETUPS: tuple[str, ...] = tuple(_CONTRACT["setups"])
+STATUSES: dict[str, str] = _CONTRACT["statuses"]
+DIAGNOSTICS: dict[str, str] = _CONTRACT["diagnostics"]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect that a model may lack, and that one parameter switches on.
+
+    called : its name in words; sign : "+" or "+-", the signs that its parameter may take; scale : a
+    plausible size in the parameter's unit; removed_by : what would remove it in the laboratory,
+    empty where nothing does; aliases : parameters that it is mistaken for; excludes : effects that
+    the scripts cannot combine it with.
+    """
+
+    called: str
+    sign: str
+    scale: float
+    removed_by: str
+    aliases: tuple[str, ...]
+    excludes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A parameter or a response: its name, symbol, SI unit, meaning and the set-ups that know it.
+
+    default, low, high and choices are None for responses (choices also for numbers); effect is None
+    for all that is not the switch of one. A request does not mention an effect, or an optional
+    parameter, that is at its default, so that it stays the same run when such are added.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    about: str
+    setups: tuple[str, ...]
+    default: float | int | str | None = None
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str, ...] | None = None
+    effect: Effect | None = None
+    optional: bool = False
+
+    @property
+    def unmentioned(self) -> bool:
+        """Whether a request leaves it out at its default."""
+        return self.effect is not None or self.optional
+
+    @property
+    def label(self) -> str:
+        """Axis label: words, and the unit where there is one."""
+        words = self.name.removesuffix("_deg").replace("_", " ")
+        return words if self.unit in ("1", "token", "integer") else f"{words} [{self.unit}]"
+
+
+def _read(section: str) -> dict[str, Quantity]:
+    quantities = {}
+    for name, spec in _CONTRACT[section].items():
+        spec = dict(spec, setups=tuple(spec.get("setups", SETUPS)))
+        if "choices" in spec:
+            spec["choices"] = tuple(spec["choices"])
+        if "effect" in spec:
+            lists = {key: tuple(spec["effect"].get(key, ())) for key in ("aliases", "excludes")}
+            spec["effect"] = Effect(**{**spec["effect"], **lists})
+        quantities[name] = Quantity(name=name, **spec)
+    return quantities
+
+
+PARAMETERS: dict[str, Quantity] = _read("parameters")
+RESPONSES: dict[str, Quantity] = _read("responses")
+
+
+def effect_of(name: str) -> Effect:
+    """What the vocabulary says of the effect that a column switches on."""
+    effect = PARAMETERS[name].effect
+    assert effect is not None
+    return effect
+
+
+EFFECTS: dict[str, Quantity] = {name: q for name, q in PARAMETERS.items() if q.effect}
+
+
+def parameters_of(setup: str) -> dict[str, Quantity]:
+    """The parameters that a set-up takes, in the contract's order."""
+    return {name: quantity for name, quantity in PARAMETERS.items() if setup in quantity.setups}

@@ -1,0 +1,64 @@
+"""The verb `check`: everything that can be wrong before a run is made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from calibrator.case.physics import rayleigh_time, time_step_warning
+from calibrator.case.problem import known
+from calibrator.case.vocabulary import SETUPS
+from calibrator.diagnosis.experiments import unmeasured
+from calibrator.plan.requests import design_points, plan_requests
+from calibrator.responses.objectives import OBJECTIVES
+from calibrator.runs.local import yade_batch_command
+from calibrator.runs.request import Request
+from calibrator.runs.workspace import Workspace
+
+
+def check_case(space: Workspace) -> dict[str, Any]:
+    """Everything that can be wrong before a run is made: time steps, narrow necks, a missing YADE."""
+    case, warnings = space.case, []
+    for name in case.search.objectives:
+        known(name, OBJECTIVES, "objective")
+    requests = plan_requests(case)
+    for setup in SETUPS:
+        probe = next((r for r in requests if r.setup == setup), None)
+        if probe is not None:
+            warnings += _geometry_warnings(probe)
+    columns = case.problem.columns(design_points(case))
+    fraction, fixed_step = (
+        float(np.max(columns["rayleigh_fraction"])),
+        float(np.max(columns["time_step"])),
+    )
+    shortest = float(np.min(rayleigh_time(columns)))
+    step = fixed_step or fraction * shortest
+    warnings += [w for w in [time_step_warning(step * (1 - 1e-9), columns)] if w]
+    if step > 0.2 * shortest * (1 + 1e-9) and np.min(columns["restitution"]) < 0.6:
+        warnings.append(
+            "impacts with a restitution below 0.6 lose too much speed at a time step of"
+            f" {step / shortest:.0%} of the Rayleigh time: set rayleigh_fraction = 0.2 (or a"
+            " smaller time_step) under [fixed]"
+        )
+    yade_batch_command()
+    warnings += unmeasured(case)
+    return space.note(
+        "check",
+        {
+            "runs": len(requests),
+            "targets": [t.key for t in case.problem.targets],
+            "warnings": warnings,
+        },
+    )
+
+
+def _geometry_warnings(request: Request) -> list[str]:
+    p = request.parameters
+    if request.setup != "hourglass":
+        return []
+    ratio = float(p["neck_diameter"]) / (2 * float(p["particle_radius"]))
+    return [
+        f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it or"
+        " expect clogged runs"
+    ] * (ratio < 6)

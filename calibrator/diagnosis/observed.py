@@ -1,0 +1,206 @@
+"""From records to what a diagnosis compares: averages, surfaces, the covariance of the
+measurements.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrator.case.case import Case
+from calibrator.case.lab import Nuisance, Observable
+from calibrator.case.vocabulary import EFFECTS
+from calibrator.diagnosis.experiments import Experiment
+from calibrator.diagnosis.explanations import Effect, Measured
+from calibrator.diagnosis.gap import repeated
+from calibrator.diagnosis.surfaces import Surfaces, fit_surfaces
+from calibrator.errors import CalibratorError
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+
+# weight of the simulation's scatter beside that of a few replicates in the laboratory
+PRIOR_DEGREES = 4
+
+
+def units(case: Case, requests: Iterable[Request]) -> np.ndarray:
+    """Parameters (n, d) of the runs as shares of their ranges, on each parameter's scale."""
+    rows = [[float(one.value(name)) for name in case.problem.names] for one in requests]
+    values = np.array(rows, float).reshape(-1, len(case.problem.names))
+    return np.column_stack(
+        [p.shares_of(column) for p, column in zip(case.problem.parameters, values.T, strict=True)]
+    )
+
+
+def amplitudes(effects: Sequence[Effect], requests: Iterable[Request]) -> np.ndarray:
+    """Amplitudes (n, k) of the runs, in plausible scales."""
+    rows = [
+        [
+            (float(r.value(e.name)) - float(EFFECTS[e.name].default or 0.0)) / e.scale
+            for e in effects
+        ]
+        for r in requests
+    ]
+    return np.array(rows, float).reshape(-1, len(effects))
+
+
+def surfaces(
+    case: Case,
+    found: Sequence[Experiment],
+    effects: Sequence[Effect],
+    plain: Sequence[Sequence[Record]],
+    changes: Sequence[Sequence[Record]],
+) -> Surfaces:
+    """Response surfaces from finished runs, a list per experiment; runs that lack a response are
+    left out.
+    """
+    good = [complete(e, records) for e, records in zip(found, plain, strict=True)]
+    good_changes = [complete(e, records) for e, records in zip(found, changes, strict=True)]
+    return fit_surfaces(
+        [(units(case, _requests(r)), values_of(e, r)) for e, r in zip(found, good, strict=True)],
+        [
+            (units(case, _requests(r)), amplitudes(effects, _requests(r)), values_of(e, r))
+            for e, r in zip(found, good_changes, strict=True)
+        ],
+        [e.name for e in found],
+        {int(r.request.parameters["seed"]) for records in good for r in records},
+        {int(r.request.parameters["seed"]) for records in good_changes for r in records},
+    )
+
+
+def _requests(records: Sequence[Record]) -> list[Request]:
+    return [r.request for r in records]
+
+
+def complete(experiment: Experiment, records: Sequence[Record]) -> list[Record]:
+    """The good runs that have every response of the experiment."""
+    return [
+        r
+        for r in records
+        if r.status == "ok" and all(name in r.responses for name in experiment.responses)
+    ]
+
+
+def values_of(experiment: Experiment, records: Sequence[Record]) -> np.ndarray:
+    """Responses (runs, n) of the experiment's complete runs."""
+    rows = [
+        [r.responses[name] for name in experiment.responses] for r in complete(experiment, records)
+    ]
+    return np.array(rows, float).reshape(-1, len(experiment.responses))
+
+
+def left_out(experiment: Experiment, records: Sequence[Record]) -> list[str]:
+    """A sentence on the runs that could not be used, if there are any, by what became of them."""
+    good = {r.run_id for r in complete(experiment, records)}
+    bad = [r for r in records if r.run_id not in good]
+    kinds = Counter("without every response" if r.status == "ok" else r.status for r in bad)
+    listed = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    return (
+        [f"{len(bad)} of {len(records)} runs of {experiment.name} are left out: {listed}"]
+        if bad
+        else []
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """Mean of complete runs, their number and their standard deviation (0 of a single one), of
+    every observable (n,).
+    """
+
+    mean: np.ndarray
+    count: np.ndarray
+    scatter: np.ndarray
+
+
+def averages(found: Sequence[Experiment], records: Sequence[Sequence[Record]]) -> Averages:
+    """Averages over the complete runs. Raises CalibratorError where there is no run."""
+    values, counts, scatters = [], [], []
+    for e, own in zip(found, records, strict=True):
+        rows = values_of(e, own)
+        if not len(rows):
+            raise CalibratorError(
+                f"no fresh run of {e.name} can be used ({'; '.join(left_out(e, own))}):"
+                " diagnosis_confirmed.csv in the results folder lists them; change the experiment"
+                " so that it does not clog, or narrow the parameters"
+            )
+        values.append(rows.mean(axis=0))
+        counts.append(np.full(len(e.responses), len(rows)))
+        scatters.append(rows.std(axis=0, ddof=1) if len(rows) > 1 else np.zeros(len(e.responses)))
+    return Averages(np.concatenate(values), np.concatenate(counts), np.concatenate(scatters))
+
+
+def measured(
+    observables: Sequence[Observable],
+    nuisances: Sequence[Nuisance],
+    found: Surfaces,
+    slopes: np.ndarray,
+    effects: Sequence[Effect],
+) -> Measured:
+    """The measurements with the covariance of all their errors.
+
+    observables : n, in the order of the surfaces; slopes (n, k) : changes by each effect per
+    plausible scale, for nuisances that are a small effect. The scatter of a few replicates is
+    itself uncertain: where it is the smaller one, it is pooled with the simulation's. All
+    observables of an experiment come from the same replicates, so their errors are taken to be
+    correlated as those of the simulation's runs.
+    """
+    noise = found.noise
+    seed_scatter = np.sqrt(np.diag(noise))
+    correlation = noise / np.outer(seed_scatter, seed_scatter)
+    own, replicates = (
+        np.array([o.scatter for o in observables]),
+        np.array([o.replicates for o in observables]),
+    )
+    error = pooled_scatter(own, replicates, seed_scatter) / np.sqrt(replicates)
+    covariance = correlation * np.outer(error, error)
+    for nuisance in nuisances:
+        column = _nuisance_column(nuisance, observables, slopes, effects)
+        covariance = covariance + np.outer(column, column)
+    return Measured(np.array([o.value for o in observables]), covariance, replicates)
+
+
+def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarray) -> np.ndarray:
+    """Scatter (n,) of one replicate: that of a few is pooled with the simulation's, unless it is
+    the larger one.
+    """
+    degrees = np.where(own > 0, replicates - 1, 0)
+    pooled = (degrees * own**2 + PRIOR_DEGREES * simulated**2) / (degrees + PRIOR_DEGREES)
+    return np.asarray(np.maximum(np.sqrt(pooled), own))
+
+
+def _nuisance_column(
+    nuisance: Nuisance,
+    observables: Sequence[Observable],
+    slopes: np.ndarray,
+    effects: Sequence[Effect],
+) -> np.ndarray:
+    if nuisance.effect:
+        names = [e.name for e in effects]
+        if nuisance.effect not in names:
+            raise CalibratorError(
+                f"nuisance {nuisance.name} is a small {nuisance.effect}, which diagnosis.effects"
+                " lacks: add it there"
+            )
+        index = names.index(nuisance.effect)
+        return np.asarray(slopes[:, index] * nuisance.error / effects[index].scale)
+    sizes = [abs(o.value) / 100 if nuisance.unit == "%" else 1.0 for o in observables]
+    return np.array(
+        [
+            nuisance.error * s if nuisance.touches(o) else 0.0
+            for o, s in zip(observables, sizes, strict=True)
+        ]
+    )
+
+
+def distinct(observables: Sequence[Observable], found: Surfaces) -> tuple[list[int], list[str]]:
+    """Indices of the observables that do not repeat others of the same run, and a sentence on each
+    that does.
+    """
+    scatter = np.sqrt(np.diag(found.noise))
+    pairs = repeated(found.noise / np.outer(scatter, scatter))
+    left_out = {later for later, _ in pairs}
+    sentences = [f"{observables[a].key} repeats {observables[b].key}: left out" for a, b in pairs]
+    return [i for i in range(len(observables)) if i not in left_out], sentences

@@ -1,0 +1,139 @@
+"""The runs that a diagnosis is made from, and the response surfaces through them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calibrator.case.lab import Observable
+from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis import observed
+from calibrator.diagnosis.explanations import Effect, Measured
+from calibrator.diagnosis.surfaces import Surfaces, fewest_runs
+from calibrator.errors import CalibratorError
+from calibrator.plan.design import sobol
+from calibrator.runs.database import Database
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+from calibrator.runs.workspace import (
+    Report,
+    Workspace,
+    carry_out,
+    for_new_seeds,
+    made_by,
+    silent,
+    work_left,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a diagnosis looks at: observables with their surfaces; used and held are their indices
+    by role.
+    """
+
+    effects: list[Effect]
+    experiments: list[ex.Experiment]
+    observables: list[Observable]
+    surfaces: Surfaces
+    measured: Measured
+    used: np.ndarray
+    held: np.ndarray
+    notes: list[str]
+
+
+def prepare(
+    space: Workspace,
+    observables: Sequence[Observable],
+    yes: bool,
+    report: Report = silent,
+    imagined: bool = False,
+) -> Scene:
+    """Carry out the runs of the surfaces and fit them. Raises CalibratorError beyond the budget
+    unless yes.
+
+    imagined : take the values at the centre of the box for the measured ones, which then play no
+    part.
+    """
+    case, effects = space.case, ex.library(space.case)
+    found = ex.experiments(case, observables)
+    points = sobol(case.problem, case.diagnosis.sets)
+    plain = ex.plain_requests(case, found, points)
+    changes = ex.change_requests(case, found, effects, points)
+    _enough(len(case.problem.names), effects, found, plain, changes)
+    records = carried_out(space, [r for own in (*plain, *changes) for r in own], yes, report)
+    Database(records.values()).write(space.folder() / "diagnosis.csv", made_by(space, "diagnose"))
+    own, changed = by_experiment(records, plain), by_experiment(records, changes)
+    surfaces = observed.surfaces(case, found, effects, own, changed)
+    ordered = ex.in_order(observables, found)
+    centre, none = np.full(surfaces.dimensions, 0.5), np.zeros(len(effects))
+    if imagined:
+        values = surfaces.mean(centre, none)[0]
+        ordered = [replace(o, value=float(v)) for o, v in zip(ordered, values, strict=True)]
+    slopes = surfaces.jacobian(centre, none)[:, surfaces.dimensions :]
+    kept, notes = observed.distinct(ordered, surfaces)
+    used = np.array([i for i in kept if ordered[i].role != "held_out"], int)
+    held = np.array([i for i, o in enumerate(ordered) if o.role == "held_out"], int)
+    notes += [
+        note
+        for e, *two in zip(found, own, changed, strict=True)
+        for note in observed.left_out(e, [*two[0], *two[1]])
+    ]
+    measured = observed.measured(ordered, case.nuisances, surfaces, slopes, effects)
+    return Scene(effects, found, ordered, surfaces, measured, used, held, notes)
+
+
+def _enough(
+    parameters: int,
+    effects: Sequence[Effect],
+    found: Sequence[ex.Experiment],
+    plain: Sequence[Sequence[Request]],
+    changes: Sequence[Sequence[Request]],
+) -> None:
+    """Raise CalibratorError where the planned runs are too few for the surfaces, before any of them
+    is made.
+    """
+    for e, own, changed in zip(found, plain, changes, strict=True):
+        if len(own) < (least := fewest_runs(parameters, 0)):
+            raise CalibratorError(
+                f"diagnosis.sets x replicates gives {e.name} {len(own)} runs, below {least}: raise"
+                " one of them"
+            )
+        if len(changed) < (least := fewest_runs(parameters, len(ex.effects_in(e, effects)))):
+            raise CalibratorError(
+                f"diagnosis.sets + effects x effect_sets gives {e.name} {len(changed)} runs, below"
+                f" {least}: raise one of them"
+            )
+
+
+def carried_out(
+    space: Workspace, requests: Sequence[Request], yes: bool, report: Report
+) -> dict[str, Record]:
+    """Finished records of the requests by run id.
+
+    Raises CalibratorError where they are beyond the budget, unless yes.
+    """
+    space = for_new_seeds(space, space.case.diagnosis)
+    missing, hours = work_left(space, requests)
+    if hours > space.case.diagnosis.budget_core_hours and not yes:
+        raise CalibratorError(
+            f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
+            f" diagnosis.budget_core_hours = {space.case.diagnosis.budget_core_hours:g}: call again"
+            " with --yes, raise that budget, or ask for fewer sets"
+        )
+    return {r.run_id: r for r in carry_out(space, requests, report)}
+
+
+def by_experiment(
+    records: dict[str, Record], requests: Sequence[Sequence[Request]]
+) -> list[list[Record]]:
+    """The records of these requests, a list per experiment."""
+    return [[records[r.run_id] for r in own if r.run_id in records] for own in requests]
+
+
+def finite(value: float) -> float | None:
+    """The number, or None where it is none: JSON has no infinity."""
+    return float(value) if math.isfinite(value) else None

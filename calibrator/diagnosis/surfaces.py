@@ -1,0 +1,278 @@
+"""Response surfaces for the search of a missing effect: quadratic in the parameters, plus the
+change by each effect.
+
+One regression per experiment, all observables at once, because a run gives them all and their seed
+noise hangs together. The surfaces interpolate over the same box as the calibration's; unlike its
+Gaussian processes they give the covariance between observables in closed form, which the tests for
+a gap cannot do without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+from calibrator.errors import CalibratorError
+
+# of an effect's size: what its square and its products with parameters plausibly amount to
+BENDING = 0.5
+SMALLEST_EFFECT = 0.1  # in scatters of a run: keeps the ridge of an effect that does nothing finite
+SPARE_RUNS = 8  # more than terms: the seed noise is estimated from these degrees of freedom
+
+
+def terms(units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+    """Regressors (n, p) of parameters (n, d) in the unit box and amplitudes (n, k) in plausible
+    scales.
+
+    Constant, linear and quadratic terms of the parameters; of each effect its amplitude, the
+    square, and the products with the parameters, so that an effect may grow with friction, and
+    saturate.
+    """
+    x = 2 * np.atleast_2d(units) - 1
+    a = np.atleast_2d(amplitudes)
+    i, j = np.tril_indices(x.shape[1])
+    products = np.concatenate(
+        [a[:, :, None], a[:, :, None] ** 2, a[:, :, None] * x[:, None, :]], axis=2
+    )
+    return np.hstack([np.ones((len(x), 1)), x, x[:, i] * x[:, j], products.reshape(len(x), -1)])
+
+
+def plain_terms(parameters: int) -> int:
+    """How many of the terms, the first ones, know nothing of effects."""
+    return 1 + parameters + parameters * (parameters + 1) // 2
+
+
+def fewest_runs(parameters: int, effects: int) -> int:
+    """Runs of one experiment that the surfaces of so many parameters and effects need at least."""
+    return terms(np.zeros((1, parameters)), np.zeros((1, effects))).shape[1] + SPARE_RUNS
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Least-squares surfaces of the observables of one experiment.
+
+    coefficients (p, n); inverse (p, p) = (X'X + ridge)^-1; noise (n, n) covariance of one run about
+    the surfaces; misfit (n,) variance by which the surfaces miss the mean of a set, from sets with
+    replicates; degrees of freedom of the noise.
+    """
+
+    coefficients: np.ndarray
+    inverse: np.ndarray
+    noise: np.ndarray
+    misfit: np.ndarray
+    degrees: int
+
+    @classmethod
+    def fit(
+        cls, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray, name: str = ""
+    ) -> Surface:
+        """Fit to runs: units (m, d), amplitudes (m, k), values (m, n). Effects that no run has get
+        no term and change nothing.
+
+        Raises CalibratorError where there are too few runs for the terms.
+        """
+        design = terms(units, amplitudes)
+        used = np.ptp(design, axis=0) > 0
+        used[0] = True
+        spare = len(design) - int(used.sum())
+        if spare < SPARE_RUNS:
+            raise CalibratorError(
+                f"{name or 'an experiment'} has {len(design)} finished runs, {SPARE_RUNS - spare}"
+                " too few for its response surfaces: add sets to [diagnosis], or see why runs fail"
+            )
+        inverse = np.zeros((design.shape[1],) * 2)
+        columns, penalty = (
+            design[:, used],
+            _penalty(design, values, units.shape[1], amplitudes.shape[1])[used],
+        )
+        if np.linalg.cond(columns.T @ columns + np.diag(penalty)) > 1e10:
+            raise CalibratorError(
+                f"the runs of {name or 'an experiment'} do not tell its terms apart: add sets to"
+                " [diagnosis]"
+            )
+        inverse[np.ix_(used, used)] = np.linalg.inv(columns.T @ columns + np.diag(penalty))
+        coefficients = inverse @ design.T @ values
+        left = values - design @ coefficients
+        misfit = _misfit(np.column_stack([units, amplitudes]), values, left, spare)
+        return cls(coefficients, inverse, left.T @ left / spare, misfit, spare)
+
+
+def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarray:
+    """Ridge (p,) on how an effect bends and depends on the parameters, which a few runs of each can
+    hardly tell.
+
+    These coefficients are taken to be normal with a spread of BENDING times the effect's own size,
+    its root mean square over the observables in units of their scatter, as a fit of the amplitudes
+    alone finds it (empirical Bayes).
+    """
+    first = plain_terms(d)
+    alone = first + (2 + d) * np.arange(k)
+    plain = np.r_[np.arange(first), alone]
+    fitted, *_ = np.linalg.lstsq(design[:, plain], values, rcond=None)
+    scatter = (
+        np.std(values - design[:, plain] @ fitted, axis=0)
+        + 1e-12 * np.abs(values).max(axis=0)
+        + 1e-300
+    )
+    penalty = np.zeros(design.shape[1])
+    for own, column in zip(alone, fitted[first:], strict=True):
+        size = max(float(np.sqrt(np.mean((column / scatter) ** 2))), SMALLEST_EFFECT)
+        penalty[own + 1 : own + 2 + d] = 1 / (BENDING * size) ** 2
+    return penalty
+
+
+def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) -> np.ndarray:
+    """Variance (n,) of lack of fit: what the residuals have beyond the scatter of replicates
+    (Montgomery, Design and Analysis of Experiments, 8th ed., section 11.4.3), over the mean number
+    of replicates; 0 where there are no replicates."""
+    _, index, counts = np.unique(sets, axis=0, return_inverse=True, return_counts=True)
+    pure = len(sets) - len(counts)
+    lacking = spare - pure
+    if pure == 0 or lacking <= 0:
+        return np.zeros(values.shape[1])
+    means = np.array([values[index == i].mean(axis=0) for i in range(len(counts))])
+    scatter = ((values - means[index]) ** 2).sum(axis=0)
+    excess = ((left**2).sum(axis=0) - scatter) / lacking - scatter / pure
+    return np.asarray(np.maximum(excess, 0) / counts.mean())
+
+
+def _effect_scatters(
+    plain: Surface, change: Surface, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray
+) -> np.ndarray:
+    """Variance (k, n) that runs with each effect have about the surfaces beyond the noise of those
+    without, at plausible size.
+
+    A moist heap comes down as a block in one run and not in the next, a few large grains make a
+    discharge uneven, and an effect may bend more than the surfaces do.
+    """
+    design, found = terms(units, amplitudes), np.zeros((amplitudes.shape[1], values.shape[1]))
+    left, noise = values - design @ change.coefficients, np.diag(plain.noise)
+    # of each run: one less its leverage
+    free = 1 - np.einsum("ij,jk,ik->i", design, change.inverse, design)
+    for k, own in enumerate((amplitudes != 0).T):
+        if own.any():
+            scatter = (left[own] ** 2).sum(axis=0) / free[own].sum()
+            found[k] = np.maximum(scatter - noise, 0) / np.mean(amplitudes[own, k] ** 2)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """The surfaces of all experiments, their observables one after another.
+
+    The change by effects comes from runs and seeds of its own (`changes`), apart from those of the
+    model without effects (`plain`): noise that the two shared would look like an effect in the
+    residual. effect_scatters (k, n of the experiment) : variances by which runs with each effect
+    scatter more, at its plausible size.
+    """
+
+    plain: tuple[Surface, ...]
+    changes: tuple[Surface, ...]
+    effect_scatters: tuple[np.ndarray, ...]
+    dimensions: int
+
+    def mean(self, units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+        """Observables (j, n) at parameters (j, d) and amplitudes (j, k)."""
+        without, step = self._rows(units, amplitudes)
+        plain, change = self._coefficients
+        return np.asarray(without @ plain + step @ change)
+
+    def error(self, unit: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+        """Covariance (n, n) of the observables at parameters (d,) and amplitudes (k,)."""
+        without, step = (rows[0] for rows in self._rows(unit, amplitude))
+        return np.asarray(
+            linalg.block_diag(
+                *[
+                    (without @ p.inverse @ without) * p.noise
+                    + np.diag(p.misfit)
+                    + (step @ c.inverse @ step) * c.noise
+                    for p, c in zip(self.plain, self.changes, strict=True)
+                ]
+            )
+        )
+
+    def extra_scatter(self, amplitude: np.ndarray) -> np.ndarray:
+        """Variances (n,) that single runs with effects of amplitudes (k,) have beyond the noise."""
+        return np.asarray(np.asarray(amplitude) ** 2 @ np.hstack(self.effect_scatters))
+
+    def jacobian(self, unit: np.ndarray, amplitude: np.ndarray, step: float = 1e-4) -> np.ndarray:
+        """Derivatives (n, d + k): by each parameter per range, then by each amplitude per scale.
+
+        Central differences, which are exact for quadratic surfaces.
+        """
+        at, d = np.concatenate([unit, amplitude]), len(unit)
+        moved = at + step * np.concatenate([np.eye(len(at)), -np.eye(len(at))])
+        ahead, behind = np.split(self.mean(moved[:, :d], moved[:, d:]), 2)
+        return np.asarray((ahead - behind).T / (2 * step))
+
+    def _rows(self, units: np.ndarray, amplitudes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Regressors without effects, and what the effects add to them, both (j, p)."""
+        step, first = terms(units, amplitudes), plain_terms(self.dimensions)
+        without = np.zeros_like(step)
+        without[:, :first] = step[:, :first]
+        step[:, :first] = 0.0
+        return without, step
+
+    @cached_property
+    def _coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        return (
+            np.hstack([surface.coefficients for surface in self.plain]),
+            np.hstack([surface.coefficients for surface in self.changes]),
+        )
+
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """Covariance (n, n) of one run of every experiment without effects.
+
+        The correlations are pooled from both families of runs, the variances are those of the runs
+        without effects: with some effects runs scatter more, and what the surfaces of an effect
+        miss is in their scatter, too.
+        """
+        blocks = []
+        for p, c in zip(self.plain, self.changes, strict=True):
+            scatter, pooled = np.sqrt(np.diag(p.noise)), p.degrees * p.noise + c.degrees * c.noise
+            size = np.sqrt(np.diag(pooled))
+            blocks.append(pooled / np.outer(size, size) * np.outer(scatter, scatter))
+        return np.asarray(linalg.block_diag(*blocks))
+
+    @property
+    def degrees(self) -> int:
+        """Degrees of freedom of the noise, those of the experiment that has the fewest."""
+        return min(p.degrees + c.degrees for p, c in zip(self.plain, self.changes, strict=True))
+
+
+def fit_surfaces(
+    plain: Sequence[tuple[np.ndarray, np.ndarray]],
+    changes: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
+    experiments: Sequence[str],
+    plain_seeds: set[int],
+    change_seeds: set[int],
+) -> Surfaces:
+    """Fit all surfaces.
+
+    plain : (units (m, d), values (m, n)) per experiment; changes : (units, amplitudes (m, k),
+    values) per experiment, runs without effects among them. Raises CalibratorError where the two
+    families share a seed, and as `Surface.fit` does.
+    """
+    shared = plain_seeds & change_seeds
+    if shared:
+        raise CalibratorError(
+            f"seed {min(shared)} serves both the residual and the fingerprints, whose common noise"
+            " would look like an effect: give them seeds of their own"
+        )
+    effects = changes[0][1].shape[1] if changes else 0
+    without = [
+        Surface.fit(u, np.zeros((len(u), effects)), v, name)
+        for (u, v), name in zip(plain, experiments, strict=True)
+    ]
+    added = [
+        Surface.fit(u, a, v, name) for (u, a, v), name in zip(changes, experiments, strict=True)
+    ]
+    scatters = [
+        _effect_scatters(p, c, *own) for p, c, own in zip(without, added, changes, strict=True)
+    ]
+    return Surfaces(tuple(without), tuple(added), tuple(scatters), plain[0][0].shape[1])

@@ -1,0 +1,295 @@
+"""One verdict on a gap: what the evidence allows to say, and nothing more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from calibrator.diagnosis.explanations import (
+    Effect,
+    Explanation,
+    Measured,
+    Rivals,
+    explain,
+    pairs,
+    rivals,
+    tail,
+)
+from calibrator.diagnosis.gap import (
+    FEWEST_DEGREES,
+    Detection,
+    Fingerprints,
+    Projection,
+    detect,
+    fingerprints,
+    ghost_probability,
+    projection,
+)
+from calibrator.diagnosis.surfaces import Surfaces
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Thresholds of the verdict; benchmarks/hidden_effect.py measures what they lead to.
+
+    A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit
+    is adequate, a posterior of at least `posterior`, no rival within `lead` of its deviance (6:
+    twenty to one), an amplitude above `errors` standard errors and below `reach`, which is little
+    beyond the 1.5 plausible sizes that were run, and a ghost probability below `ghost`. A control
+    is never named, not even as one of a pair, as nothing could refute it. A pair has to lower the
+    deviance by `pair_gain` for each effect, and to lead other pairs by `pair_lead`, with amplitudes
+    like those, and as the best of some dozens of pairs it has to fit better, `pair_adequacy`; a
+    second effect that lowers the deviance by `second` keeps the first from being the whole story.
+    Whatever is named must predict the data held out: their probability under it is at least
+    `held_out`.
+    """
+
+    p_effect: float = 0.03
+    p_chi2: float = 0.01
+    adequacy: float = 0.02
+    posterior: float = 0.9
+    lead: float = 6.0
+    errors: float = 2.0
+    reach: float = 1.75
+    ghost: float = 0.25
+    ghost_of_few: float = 0.05
+    few: int = 10
+    coverage: float = 0.95
+    held_out: float = 0.02
+    pair_gain: float = 9.0
+    pair_lead: float = 4.6
+    pair_adequacy: float = 0.1
+    second: float = 12.0
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """The linear picture at the best fit of the model as it is: for detection, ghosts and figures.
+
+    slopes (n, d + k) : derivatives of the observables by parameters, per range, and by amplitudes,
+    per plausible size.
+    """
+
+    none: Explanation
+    slopes: np.ndarray
+    project: Projection
+    residual: np.ndarray
+    prints: Fingerprints
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What is printed, and what it rests on.
+
+    kind : "no gap", "named", "ambiguous", "two effects", "unknown" or "cannot tell"; effects : the
+    name, the pair, or the set that cannot be told apart; best : the fit of the named effect or
+    pair, None otherwise; held_out : probability of the data held out under what would be named, nan
+    where nothing would be or there are none.
+    """
+
+    kind: str
+    effects: tuple[str, ...]
+    picture: Linear
+    detection: Detection
+    rivals: Rivals | None = None
+    best: Explanation | None = None
+    ghost: float = float("nan")
+    held_out: float = float("nan")
+    posterior: dict[str, float] = field(default_factory=dict)
+    adequacy: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def said(self) -> str:
+        """The name where there is one, else the kind."""
+        return self.effects[0] if self.kind == "named" else self.kind
+
+
+def linear(
+    surfaces: Surfaces, measured: Measured, effects: Sequence[Effect], kept: np.ndarray
+) -> Linear:
+    """Fit the model without effects, and project its residual and all fingerprints."""
+    none = explain(surfaces, measured, effects, kept=kept)
+    d = surfaces.dimensions
+    slopes = surfaces.jacobian(none.unit, np.zeros(len(effects)))[kept]
+    project = projection(none.covariance, slopes[:, :d])
+    names, signs = tuple(e.name for e in effects), tuple(e.sign for e in effects)
+    return Linear(
+        none,
+        slopes,
+        project,
+        project(none.residual),
+        fingerprints(names, signs, slopes[:, d:], project),
+    )
+
+
+def judge(
+    surfaces: Surfaces,
+    everything: Measured,
+    effects: Sequence[Effect],
+    used: np.ndarray,
+    rng: np.random.Generator,
+    rule: Rule | None = None,
+    held: Sequence[int] | np.ndarray = (),
+) -> Verdict:
+    """Detect a gap and identify what explains it.
+
+    everything : measurements of all observables of the surfaces; used, held : indices of those that
+    the diagnosis is made from and of those held out, which can only take a name back.
+    """
+    rule, measured = rule or Rule(), everything.only(used)
+    picture = linear(surfaces, measured, effects, used)
+    detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
+    if picture.project.degrees < FEWEST_DEGREES:
+        return Verdict("cannot tell", (), picture, detection)
+    if detection.p_effect >= rule.p_effect and detection.p_chi2 >= rule.p_chi2:
+        return Verdict("no gap", (), picture, detection)
+    found = rivals(surfaces, measured, effects, used)
+    ghost = ghost_probability(picture.residual, picture.prints, rng)
+    degrees, posterior = surfaces.degrees, found.posterior
+    adequate = [one for one in found.single if one.adequacy(degrees) >= rule.adequacy]
+    weights = dict(
+        zip(["none", *(e.name for e in effects), "unknown"], map(float, posterior), strict=True)
+    )
+    fits = {one.effects[0]: one.adequacy(degrees) for one in found.single}
+
+    def verdict(kind: str, names: tuple[str, ...], best: Explanation | None = None) -> Verdict:
+        p = (
+            withstands(surfaces, everything, effects, best, used, held)
+            if best is not None and len(held)
+            else float("nan")
+        )
+        if p < rule.held_out:
+            kind, names, best = "ambiguous", (*names, "unknown"), None
+        return Verdict(kind, names, picture, detection, found, best, ghost, p, weights, fits)
+
+    if not adequate:
+        two = _pair(surfaces, measured, effects, used, rule, found)
+        return (
+            verdict("two effects", two.effects, two) if two is not None else verdict("unknown", ())
+        )
+    best = max(adequate, key=lambda one: one.log_evidence)
+    (control,) = (e.control for e in effects if e.name in best.effects)
+    if not control and _nameable(
+        best, found, weights, ghost, rule, len(used) - surfaces.dimensions
+    ):
+        if not _wants_a_second(surfaces, measured, effects, used, rule, best):
+            return verdict("named", best.effects, best)
+        return verdict("ambiguous", (*best.effects, "unknown"))
+    names = _credible_set(weights, rule.coverage)
+    if names == ("unknown",):
+        return verdict("unknown", ())
+    if len(names) == 1:  # probable, but not clear of chance or of a rival
+        names = (*names, "unknown")
+    return verdict("ambiguous", names)
+
+
+def withstands(
+    surfaces: Surfaces,
+    everything: Measured,
+    effects: Sequence[Effect],
+    explanation: Explanation,
+    used: np.ndarray,
+    held: Sequence[int] | np.ndarray,
+) -> float:
+    """Probability of held-out data as far off as these if an explanation of the used ones is true.
+
+    It is that of the rise of chi2 when the held-out data are fitted as well, which allows for the
+    errors of the fit and for those that both kinds of data share.
+    """
+    added = tuple(i for i, e in enumerate(effects) if e.name in explanation.effects)
+    both = np.concatenate([used, np.asarray(held, int)])
+    once = everything.replicates.copy()
+    # what runs with an effect have beyond the noise may be a bend that replicates share
+    once[np.asarray(held, int)] = 1
+    rise = (
+        explain(
+            surfaces, replace(everything, replicates=once).only(both), effects, added, both
+        ).chi2
+        - explanation.chi2
+    )
+    return tail(max(rise, 0.0), len(held), surfaces.degrees)
+
+
+def _nameable(
+    best: Explanation,
+    found: Rivals,
+    weights: dict[str, float],
+    ghost: float,
+    rule: Rule,
+    degrees: int,
+) -> bool:
+    (name,) = best.effects
+    others = [one.deviance for one in found.single if one.effects != best.effects]
+    return (
+        weights[name] >= rule.posterior
+        and all(deviance >= best.deviance + rule.lead for deviance in others)
+        and _plausible(best, rule)
+        and ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
+    )
+
+
+def _plausible(one: Explanation, rule: Rule) -> bool:
+    """Whether all amplitudes are clear of zero, and not far beyond what was run."""
+    added = ~np.isnan(one.amplitude_error)
+    size, error = np.abs(one.amplitude[added]), one.amplitude_error[added]
+    return bool(((rule.errors * error < size) & (size < rule.reach)).all())
+
+
+def _wants_a_second(
+    surfaces: Surfaces,
+    measured: Measured,
+    effects: Sequence[Effect],
+    used: np.ndarray,
+    rule: Rule,
+    best: Explanation,
+) -> bool:
+    """Whether a second effect beside this one explains so much more that one alone is not the whole
+    story.
+    """
+    (k,) = (i for i, e in enumerate(effects) if e.name in best.effects)
+    others = [
+        i
+        for i, e in enumerate(effects)
+        if i != k and e.name not in effects[k].excludes and best.effects[0] not in e.excludes
+    ]
+    return any(
+        explain(surfaces, measured, effects, (k, i), used).deviance < best.deviance - rule.second
+        for i in others
+    )
+
+
+def _credible_set(weights: dict[str, float], coverage: float) -> tuple[str, ...]:
+    """The smallest set of explanations, none left out, that holds the posterior probability asked
+    for.
+    """
+    names, held = [], 0.0
+    for name in sorted(weights, key=weights.__getitem__, reverse=True):
+        names.append(name)
+        held += weights[name]
+        if held >= coverage:
+            break
+    return tuple(names)
+
+
+def _pair(
+    surfaces: Surfaces,
+    measured: Measured,
+    effects: Sequence[Effect],
+    kept: np.ndarray,
+    rule: Rule,
+    found: Rivals,
+) -> Explanation | None:
+    """The pair of effects that explains what no single one does, or None."""
+    if len(kept) - surfaces.dimensions - 2 < 1 or len(effects) < 2:
+        return None
+    if not (found_pairs := pairs(surfaces, measured, effects, kept)):
+        return None
+    best, *others = found_pairs
+    alone = [one.deviance for one in found.single if one.effects[0] in best.effects]
+    clear = not others or others[0].deviance > best.deviance + rule.pair_lead
+    worthwhile = all(deviance > best.deviance + rule.pair_gain for deviance in alone)
+    refutable = not any(e.control for e in effects if e.name in best.effects)
+    fits = _plausible(best, rule) and best.adequacy(surfaces.degrees) >= rule.pair_adequacy
+    return best if clear and worthwhile and refutable and fits else None

@@ -1,0 +1,10 @@
+"""Phase 1, the database: which runs, with which seeds, and what they will cost.
+
+design     grids and Sobol sequences
+requests   the runs of a case
+seeds      the range of seeds of each kind of run
+adaptive   the next run, chosen by what the earlier ones say
+forecast   the verb `plan`
+run        the verbs `run` and `collect`
+outcome    what these verbs found
+"""

@@ -1,0 +1,45 @@
+"""Designs: which parameter sets the database holds."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import qmc
+
+from calibrator.case.problem import Problem
+
+
+def full_grid(problem: Problem) -> np.ndarray:
+    """Every combination of `samples` values per parameter, equally spaced on its scale, the paper's
+    design. Returns (n, d).
+    """
+    axes = [p.values_at(np.linspace(0, 1, p.samples)) for p in problem.parameters]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def sobol(problem: Problem, sets: int) -> np.ndarray:
+    """The first points of the unscrambled Sobol sequence in the box, its degenerate corner left
+    out. Returns (n, d).
+
+    A longer plan starts with the points of a shorter one, so that a database can grow without
+    losing a run.
+    """
+    with np.errstate(all="ignore"):
+        unit = qmc.Sobol(len(problem.parameters), scramble=False).random(_power_of_two(sets + 1))[
+            1 : sets + 1
+        ]
+    return np.column_stack(
+        [p.values_at(share) for p, share in zip(problem.parameters, unit.T, strict=True)]
+    )
+
+
+def cells(dimensions: int, count: int) -> np.ndarray:
+    """Shares (count, dimensions) of an unscrambled Sobol sequence, in the middle of their cells.
+
+    However few they are, each part of one share's range goes with all parts of the others'.
+    """
+    size = _power_of_two(count)
+    return np.asarray(qmc.Sobol(dimensions, scramble=False).random(size)[:count] + 0.5 / size)
+
+
+def _power_of_two(count: int) -> int:
+    return 1 << (count - 1).bit_length()

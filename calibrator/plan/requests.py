@@ -1,0 +1,107 @@
+"""From a case to the runs it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from calibrator.case.case import Case
+from calibrator.case.problem import Value
+from calibrator.case.settings import Replicates
+from calibrator.case.vocabulary import parameters_of
+from calibrator.plan.design import full_grid, sobol
+from calibrator.plan.seeds import SEED_STRIDE, SUBSTITUTE_SEED
+from calibrator.runs.cost import core_seconds
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+
+
+def design_points(case: Case) -> np.ndarray:
+    """Parameter sets of the database, shape (n, d); those it starts with where the design is
+    adaptive.
+    """
+    return (
+        full_grid(case.problem)
+        if case.plan.design == "grid"
+        else sobol(case.problem, case.plan.sets)
+    )
+
+
+def plan_requests(case: Case) -> list[Request]:
+    """Every run of the database: each set-up that has a target, each set, each replicate with a
+    seed of its own.
+    """
+    plan, replicated = case.plan, case.plan.replicated_sets
+    if plan.design == "adaptive":
+        # enough to pool the seed noise from; the rest is replicated where that decides
+        replicated = replicated or 2
+    requests = []
+    for setup in case.problem.calibration_setups:
+        first = [
+            make_request(case, setup, p, plan.seed + SEED_STRIDE * i)
+            for i, p in enumerate(design_points(case))
+        ]
+        cheapest = set(
+            np.argsort(core_seconds(first), kind="stable")[: replicated or None].tolist()
+        )
+        for i, request in enumerate(first):
+            seed, count = plan.seed + SEED_STRIDE * i, plan.replicates if i in cheapest else 1
+            requests += [request, *(request.with_seed(seed + j) for j in range(1, count))]
+    return requests
+
+
+def replicate_requests(
+    case: Case, setup: str, point: np.ndarray, fresh: Replicates, index: int = 0
+) -> list[Request]:
+    """Fresh seeds of one candidate; `index` keeps the seeds of several candidates apart."""
+    return [
+        make_request(case, setup, point, fresh.seed + SEED_STRIDE * index + j)
+        for j in range(fresh.replicates)
+    ]
+
+
+def make_request(
+    case: Case, setup: str, point: np.ndarray, seed: int, changed: Mapping[str, Value] | None = None
+) -> Request:
+    """One run of a set-up at a parameter set (d,).
+
+    changed : values that win over the case's own, such as a condition's or an effect's. What the
+    set-up does not know is left out.
+    """
+    own = parameters_of(setup)
+    calibrated = dict(zip(case.problem.names, (float(x) for x in point), strict=True))
+    values = {
+        **case.problem.fixed,
+        **calibrated,
+        **case.problem.setups.get(setup, {}),
+        **(changed or {}),
+    }
+    return Request.of(setup, **{**{n: v for n, v in values.items() if n in own}, "seed": seed})
+
+
+def belongs(case: Case, request: Request) -> bool:
+    """Whether a run is one of this case's: its set-up, its fixed values, and a parameter set inside
+    its box.
+    """
+    if request.setup not in case.problem.calibration_setups:
+        return False
+    point = np.array([request.value(n) for n in case.problem.names])
+    if not ((case.problem.low <= point) & (point <= case.problem.high)).all():
+        return False
+    return make_request(case, request.setup, point, int(request.parameters["seed"])) == request
+
+
+def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:
+    """One more run with another seed for each clogged one, at most `limit` times for the same
+    original.
+
+    The clogged runs stay in the database and are counted: what a clogged run has no discharge time
+    for, its substitute measures.
+    """
+    again = []
+    for record in records:
+        seed = int(record.request.parameters["seed"])
+        if record.status == "clogged" and seed < SUBSTITUTE_SEED * limit:
+            again.append(record.request.with_seed(seed + SUBSTITUTE_SEED))
+    return again

@@ -1,0 +1,251 @@
+"""The runs of a plan, carried out as designed or adaptively, and the database that they make."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calibrator.case.case import Case
+from calibrator.errors import CalibratorError
+from calibrator.files import parse_json, read_text, write_text
+from calibrator.plan.adaptive import Proposal, propose
+from calibrator.plan.adaptive import Settings as AdaptiveSettings
+from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
+from calibrator.plan.seeds import PROPOSED_SEED
+from calibrator.responses.table import response_table
+from calibrator.runs.database import Database
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+from calibrator.runs.workspace import (
+    Report,
+    Workspace,
+    carry_out,
+    counts,
+    made_by,
+    silent,
+    without,
+    work_left,
+)
+
+
+def run_plan(space: Workspace, report: Report = silent) -> dict[str, Any]:
+    """Carry out the plan, with one substitute for each clogged run.
+
+    Resumes; never repeats a finished run.
+    """
+    if space.case.plan.design == "adaptive":
+        return _run_adaptively(space, report)
+    requests = plan_requests(space.case)
+    _within_budget(space, requests)
+    records = carry_out(space, requests, report)
+    records = records + carry_out(space, substitutes(records), report)
+    return space.note(
+        "run",
+        {"runs": len(records), "from_shipped_database": _shipped_runs(space), **counts(records)},
+    )
+
+
+def _run_adaptively(space: Workspace, report: Report) -> dict[str, Any]:
+    """Start with the plan's first sets, unless the database has as many, then run what
+    `adaptive.propose` asks for.
+    """
+    case, settings = space.case, _adaptive_settings(space.case)
+    first = plan_requests(case)
+    if len(_parameter_sets(case, database_records(space))[0]) < len(first):
+        carry_out(space, first, report)
+    carry_out(space, proposed(space), report)  # what an interruption left undone
+    while True:
+        records = database_records(space)
+        proposal = propose(
+            case.problem,
+            *_parameter_sets(case, records),
+            settings,
+            case.interpolation.similarity,
+            _failed_sets(case, records),
+        )
+        if proposal.stops:
+            break
+        seed = case.plan.seed + PROPOSED_SEED + len(records)
+        setups = case.problem.calibration_setups
+        requests = [
+            make_request(case, s, point, seed + i)
+            for i, point in enumerate(proposal.points)
+            for s in setups
+        ]
+        note_proposal(space, proposal, requests)
+        carry_out(space, requests, report)
+    recommended = dict(zip(case.problem.names, map(float, proposal.recommended), strict=True))
+    outcome = {"ended": proposal.kind, "sentence": proposal.sentence, "recommended": recommended}
+    return space.note(
+        "run",
+        {
+            "runs": len(records),
+            "from_shipped_database": _shipped_runs(space),
+            **outcome,
+            **counts(records),
+        },
+    )
+
+
+def _shipped_runs(space: Workspace) -> int:
+    """How many of the plan's runs the shipped database has."""
+    shipped = space.shipped()
+    if space.case.plan.design == "adaptive":
+        return sum(belongs(space.case, r.request) for r in shipped.records.values())
+    return len(shipped.find(plan_requests(space.case)))
+
+
+def _adaptive_settings(case: Case) -> AdaptiveSettings:
+    return AdaptiveSettings(replicates=case.plan.replicates, budget=case.plan.most_runs)
+
+
+def _parameter_sets(case: Case, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, d) and responses of the targets (n, t), a row per set and seed with all its
+    set-ups, in order of the seeds.
+    """
+    rows: dict[tuple[int, tuple[float, ...]], np.ndarray] = {}
+    for record in records:
+        point, values = response_table(
+            case.problem, [record], [t.key for t in case.problem.targets]
+        )
+        if len(point):
+            row = rows.setdefault(
+                (int(record.request.parameters["seed"]), tuple(point[0])),
+                np.full(values.shape[1], np.nan),
+            )
+            row[~np.isnan(values[0])] = values[0][~np.isnan(values[0])]
+    ordered = sorted(rows)
+    return np.array([point for _, point in ordered]).reshape(-1, len(case.problem.names)), np.array(
+        [rows[k] for k in ordered]
+    )
+
+
+def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
+    """Sets (f, d) with a run that has nothing to say; clogged ones count, as a neck that clogs once
+    will do so again.
+    """
+    sets = [[r.request.value(n) for n in case.problem.names] for r in records if r.status != "ok"]
+    return np.array(sets, float).reshape(-1, len(case.problem.names))
+
+
+def proposed(space: Workspace) -> list[Request]:
+    """Every request that the adaptive design has made so far, from its log."""
+    return [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+
+
+def _proposal_lines(space: Workspace) -> list[str]:
+    try:
+        return read_text(space.path / "proposals.jsonl", links=False).split("\n")[:-1]
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise CalibratorError(
+            f"cannot read {space.path}/proposals.jsonl ({error}): delete it, finished runs are kept"
+        ) from None
+
+
+def _requests_in(space: Workspace, line: str) -> list[Request]:
+    """The requests of one proposal; CalibratorError where it is none."""
+    try:
+        made = parse_json(line)["requests"]
+        if not all(isinstance(r, dict) and r.keys() == {"setup", "parameters"} for r in made):
+            raise ValueError("a request is not a set-up with parameters")
+        return [Request.of(r["setup"], **r["parameters"]) for r in made]
+    except (CalibratorError, ValueError, KeyError, TypeError) as error:
+        raise CalibratorError(
+            f"{space.path}/proposals.jsonl is damaged ({error}): delete it, finished runs are kept"
+        ) from None
+
+
+def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Request]) -> None:
+    """Log a proposal before its runs start: a resumed design goes on from it, and the log says why
+    each run was made.
+    """
+    made = [{"setup": r.setup, "parameters": r.parameters} for r in requests]
+    line = {
+        "kind": proposal.kind,
+        "chance": proposal.chance,
+        "sentence": proposal.sentence,
+        "requests": made,
+    }
+    lines = [*_proposal_lines(space), json.dumps(line)]
+    write_text(space.folder() / "proposals.jsonl", "".join(f"{one}\n" for one in lines))
+
+
+def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
+    missing, hours = work_left(space, requests)
+    if hours > space.case.run.budget_core_hours:
+        raise CalibratorError(
+            f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
+            f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
+            " make the plan smaller"
+        )
+
+
+def database_records(space: Workspace) -> list[Record]:
+    """The finished runs of the plan and their substitutes; with an adaptive design all that belong
+    to the case.
+    """
+    records = space.finished(plan_requests(space.case))
+    if space.case.plan.design == "adaptive":
+        shipped = [r for r in space.shipped().records.values() if belongs(space.case, r.request)]
+        both = [*records, *space.finished(proposed(space)), *shipped]
+        return list({r.run_id: r for r in reversed(both)}.values())
+    return records + space.finished(substitutes(records))
+
+
+def collect(space: Workspace) -> dict[str, Any]:
+    """Gather the finished runs of the plan into database.csv, and their timings into timings.csv."""
+    records = database_records(space)
+    if not records:
+        raise CalibratorError(
+            f"no finished run in {space.path}: run `calibrator run {space.case.path}` first"
+        )
+    Database(records).write(space.folder() / "database.csv", made_by(space, "run"))
+    _write_timings(space.folder() / "timings.csv", records)
+    missing = len(without(plan_requests(space.case), records))
+    return space.note("collect", {"runs": len(records), "missing": missing, **counts(records)})
+
+
+def _write_timings(path: Path, records: Sequence[Record]) -> None:
+    """Timings live apart from the database: they differ from one execution to the next, the
+    database does not.
+    """
+    columns = ("filling_cpu", "release_cpu")
+    lines = [",".join(["run_id", "setup", *columns, "wall_time", "host"])]
+    for r in sorted(
+        (r for r in records if r.diagnostics.get("filling_cpu")), key=lambda r: r.run_id
+    ):
+        times = [f"{r.diagnostics.get(c, 0.0):.2f}" for c in columns] + [
+            f"{r.provenance.get('wall_time', 0.0):.2f}"
+        ]
+        lines.append(
+            ",".join(
+                [
+                    r.run_id,
+                    r.request.setup,
+                    *times,
+                    str(r.provenance.get("host", "")).replace(",", " "),
+                ]
+            )
+        )
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def confirmed_set(space: Workspace) -> np.ndarray | None:
+    """The set (d,) that an adaptive design has confirmed;
+
+    None for any other design, and where it ended without one.
+    """
+    outcome = space.summary().get("run", {})
+    if space.case.plan.design != "adaptive" or outcome.get("ended") != "confirmed":
+        return None
+    if outcome["recommended"].keys() != set(space.case.problem.names):
+        raise CalibratorError(
+            f"the case has changed since run: run `calibrator run {space.case.path}` again"
+        )
+    return np.array([outcome["recommended"][n] for n in space.case.problem.names])

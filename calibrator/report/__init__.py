@@ -1,0 +1,12 @@
+"""The page: it reads outcomes and records, and computes nothing that a verb has not noted.
+
+page         the verb `report`
+answer       what to use, and what is doubtful
+calibration  the interpolant and the search
+runs         pictures, verification, validation, curves
+diagnosis    the page of a diagnosis
+provenance   failures, versions, cost, the case file
+findings     what the page reads
+html, words  pieces of a page
+figures      plain functions from arrays to figures
+"""

@@ -1,0 +1,220 @@
+"""The sections of a report on the calibration: the interpolant, the search, and what the targets
+say.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from calibrator.case.vocabulary import PARAMETERS
+from calibrator.report.figures import calibration as figures
+from calibrator.report.findings import Findings
+from calibrator.report.html import Album, note, paragraph, section
+from calibrator.report.words import amount, axis_label, key_words, response, text, words
+from calibrator.responses.interpolant import average_replicates
+from calibrator.responses.objectives import OBJECTIVES
+from calibrator.responses.table import response_table
+from calibrator.responses.targets import bands
+
+SLICE_POSITIONS = 121
+
+# of the box's half diagonal: a run this far from a slice is drawn at 1/e of full strength
+REACH = 0.35
+
+
+def spoken(findings: Findings, sentence: str) -> str:
+    """A sentence of the summary with the targets in words."""
+    for target in findings.space.case.problem.targets:
+        sentence = sentence.replace(target.key, key_words(target.key))
+    return f"{sentence[:1].upper()}{sentence[1:]}."
+
+
+def calibration(findings: Findings, album: Album) -> str:
+    """The interpolant, the search, and what the targets say."""
+    keys = [t.key for t in findings.space.case.problem.targets]
+    return section(
+        "Calibration",
+        paragraph(text(_said_database(findings))),
+        *(_slices(findings, album, key) for key in keys),
+        _parity(findings, album),
+        _front(findings, album),
+        _distance(findings, album),
+        _likelihood(findings, album),
+        _ridge(findings, album),
+        _sensitivity(findings, album),
+        *(
+            paragraph(text(spoken(findings, s)), "small")
+            for s in findings.calibration["reachability"]["sentences"]
+        ),
+    )
+
+
+def _said_database(findings: Findings) -> str:
+    good = sum(r.status == "ok" for r in findings.records)
+    noise = ", ".join(
+        f"{key_words(k)} {amount(v, response(k), 2)}"
+        for k, v in findings.calibration["seed_noise"].items()
+    )
+    return (
+        f"The interpolant rests on {good} good runs at {len(_means(findings)[0])} parameter sets. "
+        f"Seed noise of a single run: {noise}."
+    )
+
+
+def _means(findings: Findings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distinct points (p, d), mean responses and runs behind each (p, m), in the order of the
+    interpolant's own.
+    """
+    return average_replicates(
+        *response_table(
+            findings.space.case.problem, findings.records, findings.interpolant.responses
+        )
+    )
+
+
+def _slices(findings: Findings, album: Album, key: str) -> str:
+    problem, column = findings.space.case.problem, findings.interpolant.responses.index(key)
+    index = [t.key for t in problem.targets].index(key)
+    target = problem.targets[index]
+    noise = dict(zip(findings.interpolant.responses, findings.interpolant.noise, strict=True))
+    band = float(bands(problem, noise)[index])
+    panels = [_slice(findings, column, i) for i in range(len(problem.names))]
+    caption = (
+        f"{key_words(key).capitalize()} along each parameter, the others at the compromise. The"
+        " band around the target is the tolerance or twice the seed noise, whichever is larger;"
+        " bars are one standard error of the mean."
+    )
+    label = axis_label(response(key))
+    return album.figure(
+        f"slices_{key.replace('.', '_')}",
+        caption,
+        lambda: figures.slices(panels, label, target.value, band),
+    )
+
+
+def _slice(findings: Findings, column: int, axis: int) -> figures.Slice:
+    problem = findings.space.case.problem
+    points, values, counts = _means(findings)
+    there = np.isfinite(values[:, column])
+    line = np.repeat(findings.compromise[None], SLICE_POSITIONS, axis=0)
+    line[:, axis] = np.linspace(problem.low[axis], problem.high[axis], SLICE_POSITIONS)
+    mean, std = findings.interpolant.predict_with_error(line)
+    away = np.delete(
+        (points[there] - findings.compromise) / (problem.high - problem.low), axis, axis=1
+    )
+    distance = np.sqrt(np.mean(away**2, axis=1)) if away.shape[1] else np.zeros(there.sum())
+    return figures.Slice(
+        axis_label(PARAMETERS[problem.names[axis]]),
+        float(findings.compromise[axis]),
+        line[:, axis],
+        mean[:, column],
+        std[:, column],
+        points[there, axis],
+        values[there, column],
+        findings.interpolant.noise[column] / np.sqrt(counts[there, column]),
+        np.exp(-distance / REACH),
+    )
+
+
+def _parity(findings: Findings, album: Album) -> str:
+    predicted, std = findings.interpolant.leave_one_out()
+    labels = [axis_label(response(key)) for key in findings.interpolant.responses]
+    caption = (
+        "Each parameter set predicted from the others alone (leave-one-out); bars: the standard"
+        " deviation it was given."
+    )
+    return album.figure(
+        "parity", caption, lambda: figures.parity(_means(findings)[1], predicted, std, labels)
+    )
+
+
+def _front(findings: Findings, album: Album) -> str:
+    front = findings.fronts[0]
+    if len(front.names) < 2:
+        return note("The search had a single objective: there is no front to draw.")
+    names = [f"{OBJECTIVES[n].symbol}: {OBJECTIVES[n].about}" for n in front.names[:2]]
+    marks = {
+        label: [c["objectives"][n] for n in front.names[:2]]
+        for label, c in findings.candidates.items()
+    }
+    axes = [f"{OBJECTIVES[n].symbol} ({words(n)})" for n in front.names[:2]]
+    caption = (
+        f"The population of the genetic algorithm on its way to the Pareto front. {names[0]};"
+        f" {names[1]}."
+    )
+    snapshots = {
+        generation: objectives[:, :2] for generation, (_, objectives) in front.snapshots.items()
+    }
+    return album.figure(
+        "front_evolution",
+        caption,
+        lambda: figures.front_evolution(snapshots, front.objectives[:, :2], axes, marks),
+    )
+
+
+def _distance(findings: Findings, album: Album) -> str:
+    curves = [np.array(curve) for curve in findings.calibration["generational_distance"]]
+    caption = (
+        f"Mean generational distance to the final front in {len(curves)} searches with different"
+        " seeds."
+    )
+    return album.figure(
+        "generational_distance", caption, lambda: figures.generational_distance(curves)
+    )
+
+
+def _likelihood(findings: Findings, album: Album) -> str:
+    chosen = findings.candidates["compromise"]["parameters"]
+    found = [
+        figures.Profile(
+            axis_label(PARAMETERS[p["name"]]),
+            np.array(p["positions"]),
+            np.array(p["chi2"]),
+            tuple(p["interval_95"]),
+            chosen[p["name"]],
+            p["truth"],
+        )
+        for p in findings.calibration["identifiability"]["parameters"]
+    ]
+    caption = (
+        "Profile likelihood: how much worse the targets are met when one parameter is held and the"
+        " others adapt. Values under the grey line, χ² = 3.84 above the minimum, are accepted at 95"
+        " %; a flat curve means that the targets say nothing."
+    )
+    return album.figure("profile_likelihood", caption, lambda: figures.profile_likelihood(found))
+
+
+def _ridge(findings: Findings, album: Album) -> str:
+    problem, found = findings.space.case.problem, findings.calibration["identifiability"]
+    caption = (
+        "Parameter sets that the measurements accept, seen along every pair of parameters: each"
+        " cloud is as wide as one parameter is free where the other is known, and a slanted band is"
+        " a ridge of sets that are equally good."
+    )
+    labels, bounds = (
+        [axis_label(PARAMETERS[n]) for n in problem.names],
+        np.array([problem.low, problem.high]),
+    )
+    return album.figure(
+        "ridge",
+        caption,
+        lambda: figures.ridge(np.array(found["accepted"]), bounds, labels, findings.compromise),
+    )
+
+
+def _sensitivity(findings: Findings, album: Album) -> str:
+    found = findings.calibration["sensitivity"]
+    kinds = {"alone": "first", "with all interactions": "total"}
+    indices = {
+        kind: (np.array(found[k]), np.array(found[f"{k}_error"])) for kind, k in kinds.items()
+    }
+    caption = (
+        "What each parameter does over the whole box: Sobol indices of the interpolated responses."
+        " Lines are 95 % intervals, from the finite sample and, for Gaussian processes, from"
+        " leaving parts of the database out."
+    )
+    labels, names = (
+        [key_words(k) for k in found["responses"]],
+        [words(n) for n in found["parameters"]],
+    )
+    return album.figure("sensitivity", caption, lambda: figures.sensitivity(indices, labels, names))

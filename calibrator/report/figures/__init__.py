@@ -1,0 +1,1 @@
+"""Figures: plain functions from arrays to a matplotlib Figure, grouped as the page is."""

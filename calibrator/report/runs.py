@@ -1,0 +1,276 @@
+"""The sections of a report on single runs: pictures of the set-ups, verification, validation,
+curves.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from calibrator.case.problem import Target
+from calibrator.case.vocabulary import SETUPS
+from calibrator.report.figures import grains
+from calibrator.report.figures import runs as figures
+from calibrator.report.figures.outlines import scenes
+from calibrator.report.findings import Findings, arrays_of, by_distance, missing
+from calibrator.report.html import Album, mark, note, section, table
+from calibrator.report.words import heading, number, percent, short, with_error, words
+from calibrator.runs.folder import gather
+from calibrator.runs.record import Record
+from calibrator.verification.verify import probe_request
+
+# Pictures of the set-ups
+
+
+def pictures(findings: Findings, album: Album) -> str:
+    """Grains of one run per set-up."""
+    case = findings.space.case
+    setups = [
+        s
+        for s in SETUPS
+        if any(t.setup == s for t in (*case.problem.targets, *case.problem.held_out))
+    ]
+    return section("The set-ups", *(_picture(findings, album, setup) for setup in setups))
+
+
+def _picture(findings: Findings, album: Album, setup: str) -> str:
+    found = _run_with_curves(findings, setup)
+    if found is None:
+        verb = "verify" if setup in findings.space.case.problem.calibration_setups else "validate"
+        return missing(findings, f"The picture of the {words(setup)}", verb)
+    record, arrays = found
+    p = {
+        name: float(value)
+        for name, value in record.request.parameters.items()
+        if not isinstance(value, str)
+    }
+    values = ", ".join(f"{words(n)} {number(p[n], 3)}" for n in findings.space.case.problem.names)
+    view = "; the grains in front of the axis are cut away" if setup == "hourglass" else ""
+    caption = (
+        f"{words(setup).capitalize()} in YADE: {len(arrays['filled'])} grains filled,"
+        f" {len(arrays['final'])} at rest after the release{view}. Red: the scanned surface (mean)."
+        f" Run {record.run_id} with {values}."
+    )
+    moments = scenes(setup, p, arrays)
+    return album.figure(
+        f"packing_{setup}",
+        caption,
+        lambda: grains.packing(moments, p["particle_radius"], setup == "hourglass"),
+    )
+
+
+def _run_with_curves(findings: Findings, setup: str) -> tuple[Record, dict[str, np.ndarray]] | None:
+    """The compromise's own fresh run where there is one, else the run nearest to the compromise
+    that kept its grains.
+    """
+    own = findings.verified.get("compromise", []) + findings.validated.get("compromise", [])
+    probe = gather(findings.space.runs, [probe_request(findings.space, setup)])
+    for record in [*probe, *own, *by_distance(findings, findings.records)]:
+        if record.status == "ok" and record.request.setup == setup:
+            arrays = arrays_of(findings, record)
+            if {"filled", "final"} <= set(arrays):
+                return record, arrays
+    return None
+
+
+def verification(findings: Findings, album: Album) -> str:
+    """Like the paper's Table 7, with the curves of the fresh runs."""
+    found = findings.outcome("verify")
+    if found is None:
+        return section(
+            "Verification", missing(findings, "The verification with fresh YADE runs", "verify")
+        )
+    outcome = {
+        label: found["candidates"][label]
+        for label in findings.candidates
+        if label in found["candidates"]
+    }
+    caption = (
+        "Fresh YADE runs of each candidate against the measurement. Filled: simulated; open:"
+        " promised by the interpolant."
+    )
+    rows = _deviations(outcome)
+    return section(
+        "Verification",
+        _verification_table(findings, outcome),
+        note(
+            "Means of runs with new seeds ± one standard error, and (simulated − target) / target."
+            " None was used to calibrate." + _shipped_note(outcome)
+        ),
+        album.figure("verification", caption, lambda: figures.verification(rows)),
+        _run_curves(findings, album),
+    )
+
+
+def _shipped_note(outcome: Mapping[str, Any]) -> str:
+    shipped = sum(own.get("from_shipped_database", 0) for own in outcome.values())
+    return (
+        f" {shipped} of the runs come with the project; --fresh makes them anew." if shipped else ""
+    )
+
+
+def _verification_table(findings: Findings, outcome: Mapping[str, Any]) -> str:
+    targets = findings.space.case.problem.targets
+    by_key = [{r["key"]: r for r in own["responses"]} for own in outcome.values()]
+    rows = [
+        [heading(t), _target_band(t, by_key), *(_simulated_cell(r.get(t.key)) for r in by_key)]
+        for t in targets
+    ]
+    rows.append(["O1", "", *(number(own["o1"], 3) for own in outcome.values())])
+    rows.append(["good runs", "", *(str(own["statuses"].get("ok", 0)) for own in outcome.values())])
+    rows.append(
+        ["verdict", "", *(mark(own["passed"], "passed", "failed") for own in outcome.values())]
+    )
+    caption = "Verification: simulated responses of compromise and individuals, and their errors"
+    return table(caption, ["", "target ± band", *map(short, outcome)], rows, 2)
+
+
+def _target_band(target: Target, by_key: Sequence[Mapping[str, Any]]) -> str:
+    """The measured value as it was given, and the band; no rounding of the one to the other."""
+    band = next((r[target.key]["band"] for r in by_key if target.key in r), None)
+    return number(target.value) + (f" ± {number(band, 2)}" if band else "")
+
+
+def _simulated(row: Mapping[str, Any] | None) -> str:
+    return "no good run" if row is None else with_error(row["simulated"], row["standard_error"])
+
+
+def _simulated_cell(row: Mapping[str, Any] | None) -> str:
+    """Simulated value, and under it the relative error and whether the target counts as met."""
+    if row is None:
+        return _simulated(row)
+    kind, sign = ("yes", "✓") if row["passed"] else ("no", "✗")
+    return (
+        f'{_simulated(row)}<br><span class="{kind}">{percent(row["relative_error"])} {sign}</span>'
+    )
+
+
+def _deviations(outcome: Mapping[str, Any]) -> list[figures.Deviation]:
+    return [_deviation(label, row) for label, own in outcome.items() for row in own["responses"]]
+
+
+def _deviation(label: str, row: Mapping[str, Any]) -> figures.Deviation:
+    size = abs(row["target"])
+    promised = None if row["predicted"] is None else (row["predicted"] - row["target"]) / size
+    title = words(row["key"].split(".")[1])
+    return figures.Deviation(
+        label,
+        title,
+        row["relative_error"],
+        row["standard_error"] / size,
+        promised,
+        row["band"] / size,
+    )
+
+
+def validation(findings: Findings, album: Album) -> str:
+    """Like the paper's Tables 8 and 9: measurements that were not used."""
+    problem, outcome = findings.space.case.problem, findings.outcome("validate")
+    if not problem.held_out:
+        return section(
+            "Validation",
+            note(
+                "No measurement was held out: give a row of the lab file the role held_out to"
+                " validate."
+            ),
+        )
+    if outcome is None:
+        return section(
+            "Validation", missing(findings, "The validation on measurements not used", "validate")
+        )
+    verdicts = {"compromise": outcome, **outcome["candidates"]}
+    rows = [
+        [label, *_validation_row(t, {r["key"]: r for r in own["responses"]}.get(t.key))]
+        for t in problem.held_out
+        for label, own in verdicts.items()
+    ]
+    head = [
+        "candidate",
+        "response",
+        "measured ± band",
+        "simulated",
+        "error",
+        "good runs",
+        "verdict",
+    ]
+    own = _by_setup(findings, findings.validated)
+    figures = [_profiles(findings, album, setup, runs) for setup, runs in own.items()]
+    caption = "Validation: the candidates predict measurements that were not used"
+    return section("Validation", table(caption, head, rows, 3), *figures)
+
+
+def _validation_row(target: Target, row: Mapping[str, Any] | None) -> list[str]:
+    if row is None:
+        return [heading(target), number(target.value), "no good run", "–", "0", mark(False)]
+    measured = _target_band(target, [{target.key: row}])
+    return [
+        heading(target),
+        measured,
+        _simulated(row),
+        percent(row["relative_error"]),
+        str(row["runs"]),
+        mark(row["passed"]),
+    ]
+
+
+# Curves of single runs
+
+
+def _by_setup(
+    findings: Findings, runs: Mapping[str, Sequence[Record]]
+) -> dict[str, dict[str, list[dict[str, np.ndarray]]]]:
+    """set-up -> candidate -> arrays of its runs that reached rest."""
+    found: dict[str, dict[str, list[dict[str, np.ndarray]]]] = {}
+    for label, records in runs.items():
+        for record in records:
+            arrays = arrays_of(findings, record) if record.status == "ok" else {}
+            if arrays:
+                found.setdefault(record.request.setup, {}).setdefault(label, []).append(arrays)
+    return found
+
+
+def _run_curves(findings: Findings, album: Album) -> str:
+    ordered = {
+        label: findings.verified[label]
+        for label in findings.candidates
+        if label in findings.verified
+    }
+    parts = []
+    for setup, runs in _by_setup(findings, ordered).items():
+        curves = _pairs(runs, "time", "passed_mass")
+        if curves:
+            caption = (
+                f"Mass that has passed the neck of the {words(setup)}, every verification run."
+            )
+            parts.append(
+                album.figure(
+                    f"mass_time_{setup}", caption, functools.partial(figures.mass_time, curves)
+                )
+            )
+        parts.append(_profiles(findings, album, setup, runs))
+    return "".join(parts) or note("The verification runs left no curves.")
+
+
+def _profiles(
+    findings: Findings,
+    album: Album,
+    setup: str,
+    runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]],
+) -> str:
+    across = "profile_x" if setup == "ledge" else "profile_radius"
+    curves = _pairs(runs, across, "profile_height")
+    caption = f"Scanned surface of the {words(setup)} at rest, every run."
+    return album.figure(f"profiles_{setup}", caption, lambda: figures.profiles(curves, setup))
+
+
+def _pairs(
+    runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]], across: str, up: str
+) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
+    found = {
+        label: [(a[across], a[up]) for a in own if across in a and up in a]
+        for label, own in runs.items()
+    }
+    return {label: own for label, own in found.items() if own}

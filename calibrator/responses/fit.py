@@ -1,0 +1,66 @@
+"""Interpolate the raw responses that a case's targets need."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calibrator.case.case import Case
+from calibrator.case.problem import Problem
+from calibrator.errors import CalibratorError
+from calibrator.responses.coordinates import Changed, Coordinates
+from calibrator.responses.gaussian_process import GaussianProcess
+from calibrator.responses.interpolant import Interpolant, average_replicates
+from calibrator.responses.multilinear import Multilinear
+from calibrator.responses.table import response_table
+from calibrator.runs.record import Record
+
+
+def fit_responses(
+    problem: Problem,
+    points: np.ndarray,
+    values: np.ndarray,
+    keys: Sequence[str],
+    method: str = "process",
+    similarity: bool = False,
+    noise: np.ndarray | None = None,
+) -> Interpolant:
+    """Interpolate raw responses over the problem's parameters.
+
+    Parameters
+    ----------
+    points : (n, d) parameter sets, replicates repeated; values : (n, m) responses, NaN where not
+    measured; keys : m names.
+    method : "process" or "multilinear"; similarity : take the particle density out; noise : (m,)
+    seed noise where it is known.
+
+    Raises CalibratorError as the interpolants do, and for a similarity without density or modulus.
+    """
+    change = Coordinates(problem, similarity)
+    inward = change.inward(points)
+    scaled = values / change.factors(points, keys)
+    inner: Interpolant
+    if method == "multilinear":
+        inner = Multilinear.fit(inward, scaled, keys, noise, parameters=change.names)
+    else:
+        inner = GaussianProcess.fit(
+            inward, scaled, keys, change.bounds, noise, parameters=change.names
+        )
+    if not change.changed:
+        return inner
+    distinct, means, _ = average_replicates(points, values)
+    return Changed(change, inner, distinct, means)
+
+
+def fit(case: Case, records: Sequence[Record]) -> Interpolant:
+    """Interpolate the raw responses that the targets need."""
+    keys = [t.key for t in case.problem.targets]
+    points, values = response_table(case.problem, records, keys)
+    if len(points) == 0:
+        raise CalibratorError(
+            "the database has no good run: look at the failures that `calibrator collect` lists"
+        )
+    return fit_responses(
+        case.problem, points, values, keys, case.interpolation.method, case.interpolation.similarity
+    )

@@ -1,0 +1,292 @@
+"""Gaussian processes through the runs of any design, with the seed noise they were measured with.
+
+Arrays in, arrays out.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cho_solve
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern, WhiteKernel
+
+from calibrator.errors import CalibratorError
+from calibrator.responses.box import inside
+from calibrator.responses.interpolant import TrainingRuns, checked_runs, common_source
+from calibrator.threads import on_one_thread
+
+CHUNK = 4096  # rows predicted at once: keeps the covariance block in the processor's cache
+
+# of the standardised response per half range: broad, so the linear trend is all but free
+TREND_VARIANCE = 10.0
+
+# in half ranges: 15-60 points cannot resolve less than a quarter of a range
+LENGTH_SCALES = (0.5, 20.0)
+
+# more hardly change the kernel, and the search for it takes minutes (benchmarks/interpolant.py)
+KERNEL_POINTS = 500
+MOST_POINTS = 10_000  # a covariance of 0.8 GB, and the process holds a few of its size
+
+# of the standardised variance: keeps the covariance invertible where the noise is measured as zero
+JITTER = 1e-8
+
+# pooled seed noise with fewer degrees of freedom is uncertain by more than a factor of two
+FEWEST_DEGREES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianProcess:
+    """One independent Gaussian process per response, for any design of runs.
+
+    Covariance: a constant times a Matern 5/2 kernel with one length scale per parameter, plus a
+    linear trend as a dot-product kernel of fixed broad variance (universal kriging). The trend as
+    part of the covariance cross-validates better than a least-squares trend with a process on its
+    residual, and keeps the leave-one-out predictions in closed form. Length scales and amplitude
+    maximise the marginal likelihood (Rasmussen & Williams, Gaussian Processes for Machine Learning,
+    2006, Eq. 5.8).
+
+    Attributes
+    ----------
+    responses : keys of the m responses; parameters : names of the d parameters; bounds : (2, d) box
+    of the design.
+    points (p, d), values (p, m), counts (p, m) : distinct points, mean responses (NaN where not
+    measured) and runs behind each.
+    noise : (m,) seed noise of a single run.
+    noise_sources : (m,) "given", "replicates" (pooled) or "estimated" (by maximum likelihood, too
+    few replicates to pool).
+    """
+
+    responses: list[str]
+    parameters: list[str]
+    bounds: np.ndarray
+    points: np.ndarray
+    values: np.ndarray
+    counts: np.ndarray
+    noise: np.ndarray
+    noise_sources: tuple[str, ...]
+    _processes: tuple[_Process, ...]
+
+    @classmethod
+    @on_one_thread
+    def fit(
+        cls,
+        points: np.ndarray,
+        values: np.ndarray,
+        names: Sequence[str],
+        bounds: np.ndarray,
+        noise: np.ndarray | None = None,
+        counts: np.ndarray | None = None,
+        *,
+        parameters: Sequence[str] | None = None,
+        restarts: int = 3,
+        seed: int = 1,
+    ) -> GaussianProcess:
+        """Processes through the mean responses, smoothing by the seed noise.
+
+        A search for the kernel takes the cube of the number of points, some hundred times over.
+        Beyond KERNEL_POINTS it sees a random subset of that many (drawn with seed); the process
+        itself is conditioned on all points.
+
+        Parameters
+        ----------
+        points : (n, d) parameter sets, replicates repeated; values : (n, m) responses, NaN where
+        not measured.
+        names : m response keys; bounds : (2, d) lower and upper bounds of the design, which must
+        hold all points.
+        noise : (m,) known seed noise; where None it is pooled from replicates if they give 4 or
+            more degrees of freedom, else estimated with the kernel.
+        counts : (n,) runs that each row averages, with noise only; parameters : d names for
+        messages.
+        restarts : extra starts of the likelihood search, drawn with seed.
+
+        Raises
+        ------
+        CalibratorError : a point lies outside bounds, a response has fewer than d + 2 distinct
+            points, or there are more than MOST_POINTS of them.
+        """
+        runs = checked_runs(points, values, names, noise, counts, parameters, FEWEST_DEGREES)
+        bounds = np.asarray(bounds, float)
+        inside(runs.points, bounds[0], bounds[1], runs.parameters)
+        processes = tuple(
+            _fit_process(runs, column, bounds, restarts, seed) for column in range(len(names))
+        )
+        found = np.array([process.noise for process in processes])
+        return cls(
+            runs.responses,
+            runs.parameters,
+            bounds,
+            runs.points,
+            runs.values,
+            runs.counts,
+            found,
+            runs.noise_sources,
+            processes,
+        )
+
+    @property
+    def noise_source(self) -> str:
+        """Origin of the seed noise where it is the same for all responses, else "mixed"."""
+        return common_source(self.noise_sources)
+
+    def _unit(self, points: np.ndarray) -> np.ndarray:
+        return _unit(inside(points, self.bounds[0], self.bounds[1], self.parameters), self.bounds)
+
+    @on_one_thread
+    def predict(self, points: np.ndarray) -> np.ndarray:
+        """Mean responses (k, m) at points (k, d); CalibratorError outside the bounds."""
+        unit = self._unit(points)
+        return np.column_stack([_chunked(process.mean, unit) for process in self._processes])
+
+    @on_one_thread
+    def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean responses and the standard deviation of that mean (seed noise of a new run not
+        included), both (k, m).
+        """
+        unit = self._unit(points)
+        both = np.stack(
+            [_chunked(process.mean_and_std, unit) for process in self._processes], axis=1
+        )
+        return both[..., 0], both[..., 1]
+
+    def leave_one_out(self) -> tuple[np.ndarray, np.ndarray]:
+        """Each distinct point predicted by the other points with the kernel kept, both (p, m).
+
+        Closed form of Rasmussen & Williams (2006), Eqs. 5.10-5.12. The standard deviation is that
+        of measured mean minus prediction, seed noise of that mean included, so (values -
+        predictions) / std should scatter by one. NaN where the response was not measured.
+        """
+        predictions, std = np.full((2, *self.values.shape), np.nan)
+        for column, process in enumerate(self._processes):
+            predictions[process.rows, column], std[process.rows, column] = process.leave_one_out()
+        return predictions, std
+
+
+@dataclass(frozen=True, eq=False)
+class _Process:
+    """A conditioned process of one response in standardised units (value - centre) / scale, and its
+    training rows.
+    """
+
+    regressor: GaussianProcessRegressor
+    rows: np.ndarray
+    centre: float
+    scale: float
+    noise: float
+
+    def mean(self, unit: np.ndarray) -> np.ndarray:
+        return self.centre + self.scale * self.regressor.predict(unit)
+
+    def mean_and_std(self, unit: np.ndarray) -> np.ndarray:
+        with warnings.catch_warnings():
+            # rounding at a noiseless training point
+            warnings.filterwarnings("ignore", "Predicted variances smaller than 0")
+            mean, std = self.regressor.predict(unit, return_std=True)
+        return np.column_stack([self.centre + self.scale * mean, self.scale * std])
+
+    def leave_one_out(self) -> tuple[np.ndarray, np.ndarray]:
+        precision = np.diag(cho_solve((self.regressor.L_, True), np.eye(len(self.rows))))
+        predictions = self.regressor.y_train_ - self.regressor.alpha_ / precision
+        return self.centre + self.scale * predictions, self.scale / np.sqrt(precision)
+
+
+def _unit(points: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Points scaled to [-1, 1] by the bounds: half ranges from the centre, so that the trend pivots
+    there.
+    """
+    return (2 * points - bounds[0] - bounds[1]) / (bounds[1] - bounds[0])
+
+
+def _chunked(function: Callable[[np.ndarray], np.ndarray], rows: np.ndarray) -> np.ndarray:
+    return np.concatenate(
+        [function(rows[i : i + CHUNK]) for i in range(0, max(1, len(rows)), CHUNK)]
+    )
+
+
+def _fit_process(
+    runs: TrainingRuns, column: int, bounds: np.ndarray, restarts: int, seed: int
+) -> _Process:
+    rows = np.flatnonzero(~np.isnan(runs.values[:, column]))
+    if len(rows) < bounds.shape[1] + 2:
+        raise CalibratorError(
+            f"{runs.responses[column]} was measured at {len(rows)} distinct points: "
+            f"give at least {bounds.shape[1] + 2} for {bounds.shape[1]} parameters"
+        )
+    if len(rows) > MOST_POINTS:
+        raise CalibratorError(
+            f"a Gaussian process through {len(rows)} parameter sets does not fit into memory (at"
+            f" most {MOST_POINTS}): interpolate with the multilinear method, or calibrate on a part"
+            " of the database"
+        )
+    unit, values, counts = (
+        _unit(runs.points[rows], bounds),
+        runs.values[rows, column],
+        runs.counts[rows, column],
+    )
+    centre, scale = values.mean(), values.std() or 1.0
+    standard, noise = (values - centre) / scale, runs.noise[column] / scale
+    if np.isnan(noise):
+        raw = ~np.isnan(runs.raw_values[:, column])
+        raw_standard = (runs.raw_values[raw, column] - centre) / scale
+        some = _subset(len(raw_standard), seed)
+        kernel, noise = _kernel_and_noise(
+            _unit(runs.raw_points[raw], bounds)[some], raw_standard[some], restarts, seed
+        )
+    else:
+        some = _subset(len(rows), seed)
+        alpha = noise**2 / counts[some] + JITTER
+        kernel = _likeliest(
+            _kernel(bounds.shape[1]), unit[some], standard[some], alpha, restarts, seed
+        )
+    regressor = GaussianProcessRegressor(
+        kernel, alpha=noise**2 / counts + JITTER, optimizer=None
+    ).fit(unit, standard)
+    return _Process(regressor, rows, centre, scale, noise * scale)
+
+
+def _subset(count: int, seed: int) -> np.ndarray:
+    """Rows that the search for the kernel sees: all, or KERNEL_POINTS of them."""
+    if count <= KERNEL_POINTS:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(seed).choice(count, KERNEL_POINTS, replace=False))
+
+
+def _kernel(dimensions: int) -> Any:
+    smooth = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(np.ones(dimensions), LENGTH_SCALES, nu=2.5)
+    return smooth + ConstantKernel(TREND_VARIANCE, "fixed") * DotProduct(1.0, "fixed")
+
+
+def _kernel_and_noise(
+    unit: np.ndarray, standard: np.ndarray, restarts: int, seed: int
+) -> tuple[Any, float]:
+    """Likeliest kernel and seed noise together, from single runs: replicates, where there are some,
+    speak through them.
+    """
+    found = _likeliest(
+        _kernel(unit.shape[1]) + WhiteKernel(0.01, (1e-6, 1.0)),
+        unit,
+        standard,
+        JITTER,
+        restarts,
+        seed,
+    )
+    return found.k1, math.sqrt(found.k2.noise_level)
+
+
+def _likeliest(
+    kernel: Any, unit: np.ndarray, standard: np.ndarray, alpha: Any, restarts: int, seed: int
+) -> Any:
+    search = GaussianProcessRegressor(
+        kernel, alpha=alpha, n_restarts_optimizer=restarts, random_state=seed
+    )
+    with warnings.catch_warnings():
+        # a parameter without influence drives its length scale to the bound, which is the right
+        # answer
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        return search.fit(unit, standard).kernel_

@@ -1,0 +1,185 @@
+"""What interpolating raw bulk responses over the parameter space has in common; a misfit is never
+interpolated.
+
+Two interpolants with the same verbs: `multilinear.Multilinear` on a full grid, as in the reference
+paper, and `gaussian_process.GaussianProcess` on any design. Both refuse to extrapolate. Arrays in,
+arrays out: rows are points, columns are parameters or responses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from calibrator.errors import CalibratorError
+
+
+class Interpolant(Protocol):
+    """What every interpolant offers: responses (m,) by key, seed noise (m,), and predictions at
+    points (k, d).
+    """
+
+    @property
+    def responses(self) -> list[str]:
+        """Keys of the interpolated responses, in column order."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """Distinct points (p, d) that it was fitted to."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """Mean responses (p, m) at the distinct points; NaN where not measured."""
+
+    @property
+    def noise_sources(self) -> tuple[str, ...]:
+        """Where the seed noise of each response (m,) is from."""
+
+    @property
+    def noise(self) -> np.ndarray:
+        """Seed noise, shape (m,): standard deviation of a single run about the mean response, in
+        the response's unit.
+        """
+
+    def predict(self, points: np.ndarray) -> np.ndarray:
+        """Mean responses (k, m) at points (k, d)."""
+
+    def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean responses and their standard deviations, both (k, m)."""
+
+    def leave_one_out(self) -> tuple[np.ndarray, np.ndarray]:
+        """Prediction of each distinct point without it and its expected scatter, both (p, m)."""
+
+
+def seed_noise(points: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Seed noise of each response, pooled over all points that were run more than once.
+
+    Parameters
+    ----------
+    points : (n, d) parameter sets; replicates are rows that agree exactly.
+    values : (n, m) responses; NaN where a response was not measured.
+
+    Returns
+    -------
+    std : (m,) square root of the summed squared deviations from each point's mean over the degrees
+        of freedom, in the response's unit; NaN without replicates. It assumes that the noise is the
+        same all over the parameter space.
+    degrees : (m,) degrees of freedom, the runs less the distinct points.
+    """
+    group, means, counts = _grouped(points, values, np.ones(len(points)))
+    squares = np.nansum((values - means[group]) ** 2, axis=0)
+    degrees = np.maximum(counts - 1, 0).sum(axis=0).astype(int)
+    return (
+        np.sqrt(np.divide(squares, degrees, out=np.full(len(degrees), np.nan), where=degrees > 0)),
+        degrees,
+    )
+
+
+def average_replicates(
+    points: np.ndarray, values: np.ndarray, counts: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means over the rows at the same point.
+
+    Parameters
+    ----------
+    points : (n, d); values : (n, m), NaN where not measured; counts : (n,) runs that each row
+    already averages, or None.
+
+    Returns
+    ------- distinct points (p, d) in lexical order, means (p, m) with NaN where nothing was
+    measured, runs behind each mean (p, m).
+    """
+    _, means, totals = _grouped(
+        points, values, np.ones(len(points)) if counts is None else np.asarray(counts, float)
+    )
+    return np.unique(points, axis=0), means, totals
+
+
+def _grouped(
+    points: np.ndarray, values: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Group of each row (n,), and mean and count of each group and response (p, m)."""
+    distinct, group = np.unique(points, axis=0, return_inverse=True)
+    weights = np.where(np.isnan(values), 0.0, counts[:, None])
+    totals, sums = np.zeros((2, len(distinct), values.shape[1]))
+    np.add.at(totals, group, weights)
+    np.add.at(sums, group, weights * np.nan_to_num(values))
+    return group, np.divide(sums, totals, out=np.full_like(sums, np.nan), where=totals > 0), totals
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingRuns:
+    """Checked training runs, averaged over replicates: what both interpolants start from."""
+
+    raw_points: np.ndarray  # (n, d)
+    raw_values: np.ndarray  # (n, m)
+    points: np.ndarray  # (p, d)
+    values: np.ndarray  # (p, m)
+    counts: np.ndarray  # (p, m)
+    noise: np.ndarray  # (m,), NaN where it has to be estimated
+    noise_sources: tuple[str, ...]  # (m,)
+    responses: list[str]
+    parameters: list[str]
+
+
+def checked_runs(
+    points: np.ndarray,
+    values: np.ndarray,
+    names: Sequence[str],
+    noise: np.ndarray | None,
+    counts: np.ndarray | None,
+    parameters: Sequence[str] | None,
+    fewest_degrees: int,
+) -> TrainingRuns:
+    points, values = np.asarray(points, float), np.asarray(values, float)
+    if points.ndim != 2 or values.shape != (len(points), len(names)) or not len(points):
+        raise CalibratorError(
+            f"points {points.shape} and values {values.shape} do not fit {len(names)} responses:"
+            " give (n, d) and (n, m), n > 0"
+        )
+    if not np.isfinite(points).all() or np.isinf(values).any():
+        raise CalibratorError(
+            "a training point is not finite or a response is infinite: leave failed runs out"
+        )
+    if counts is not None and noise is None:
+        raise CalibratorError(
+            "rows that already average several runs hide the seed noise: give noise together with"
+            " counts"
+        )
+    known_noise, sources = _noise_of(points, values, noise, fewest_degrees)
+    parameters = (
+        list(parameters)
+        if parameters is not None
+        else [f"parameter {i + 1}" for i in range(points.shape[1])]
+    )
+    return TrainingRuns(
+        points,
+        values,
+        *average_replicates(points, values, counts),
+        known_noise,
+        sources,
+        list(names),
+        parameters,
+    )
+
+
+def _noise_of(
+    points: np.ndarray, values: np.ndarray, noise: np.ndarray | None, fewest_degrees: int
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    if noise is not None:
+        return (
+            np.broadcast_to(np.asarray(noise, float), values.shape[1]).copy(),
+            ("given",) * values.shape[1],
+        )
+    pooled, degrees = seed_noise(points, values)
+    measured = degrees >= fewest_degrees
+    return np.where(measured, pooled, np.nan), tuple(
+        "replicates" if m else "estimated" for m in measured
+    )
+
+
+def common_source(sources: Sequence[str]) -> str:
+    return sources[0] if len(set(sources)) == 1 else "mixed"

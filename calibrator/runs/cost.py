@@ -1,0 +1,34 @@
+"""What a run will cost: particles x steps over a measured rate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+from calibrator.runs.setups import particles, steps
+
+PARTICLE_STEPS_PER_SECOND = 1.9e6
+"""Particle-steps a second and core: grains at the start times steps, measured by benchmarks/rate.py
+on 1,400 grains.
+"""
+
+
+def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -> np.ndarray:
+    """Predicted core-seconds (n,) of each request, corrected per set-up by the median of what
+    finished runs took.
+    """
+    ratios: dict[str, list[float]] = {}
+    for record in finished:
+        spent = sum(record.diagnostics.get(k, 0.0) for k in ("filling_cpu", "release_cpu"))
+        if record.status == "ok" and spent > 0:
+            ratios.setdefault(record.request.setup, []).append(spent / _predicted(record.request))
+    correction = {setup: float(np.median(values)) for setup, values in ratios.items()}
+    return np.array([_predicted(r) * correction.get(r.setup, 1.0) for r in requests])
+
+
+def _predicted(request: Request) -> float:
+    start_up = 2.0
+    return start_up + particles(request) * steps(request) / PARTICLE_STEPS_PER_SECOND

@@ -1,0 +1,92 @@
+"""What became of a run that left no record: its kind, its reason, how often it was tried."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from calibrator.runs.folder import RETRIED, RunFolder
+from calibrator.runs.record import InvalidRecord, read_record
+from calibrator.runs.request import Request
+
+
+def note_failures(
+    folder: RunFolder,
+    batch: Sequence[Request],
+    verdicts: Mapping[str, tuple[str, str]] | None = None,
+) -> None:
+    """Count an attempt for each run that left no good record, with the kind and reason that its log
+    shows.
+
+    verdicts : {run id: (kind, message)} of runs without a record about which more is known than
+    their log says
+    """
+    failures = folder.failures()
+    for request in batch:
+        try:
+            record = read_record(folder.record(request), request)
+            kind, message = record.status, record.error
+        except (FileNotFoundError, InvalidRecord) as error:
+            known = (verdicts or {}).get(request.run_id)
+            if known is None and not _started(folder.log(request)):
+                # that yade-batch died, or YADE went missing, is no failure of the runs that were to
+                # come
+                continue
+            kind, message = known or _verdict_from_log(folder.log(request), error)
+        if kind in RETRIED:
+            failures[request.run_id] = {
+                "kind": kind,
+                "message": message,
+                "attempts": failed_attempts(failures, request) + 1,
+            }
+        else:
+            failures.pop(request.run_id, None)
+    folder.write_failures(failures)
+
+
+def failed_attempts(failures: dict[str, dict[str, str | int]], request: Request) -> int:
+    """How often a run has failed, by the list of failures."""
+    return int(failures[request.run_id]["attempts"]) if request.run_id in failures else 0
+
+
+def exit_code(log_file: Path) -> int | None:
+    """Exit code of a run, 128 + n where signal n killed it; None where yade-batch has not appended
+    its summary to the log.
+
+    What yade-batch writes is the status of the shell that it has started the run in, or of the run
+    itself.
+    """
+    status = re.search(r"^status  : (\d{1,5}) ", _text(log_file), re.MULTILINE)
+    code = os.waitstatus_to_exitcode(int(status.group(1))) if status else None
+    return code if code is None or code >= 0 else 128 - code
+
+
+def _text(log_file: Path) -> str:
+    return log_file.read_text("utf-8", errors="replace") if log_file.is_file() else ""
+
+
+def _started(log_file: Path) -> bool:
+    """Whether a run got as far as YADE: it has a log, and that does not say that a program was
+    missing (126, 127).
+    """
+    return log_file.is_file() and exit_code(log_file) not in (126, 127)
+
+
+def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
+    """What became of a run without a valid record."""
+    if isinstance(why, InvalidRecord):
+        return "lost", f"invalid record: {why}"
+    code = exit_code(path)
+    without_sentence = {
+        None: ("lost", "no record and no exit status: the run was killed with its driver"),
+        0: ("lost", "it ended without writing a record"),
+        124: ("timeout", "the wall-clock limit passed"),
+        137: ("lost", "killed from outside (signal 9)"),
+        143: ("lost", "ended from outside (signal 15)"),
+    }
+    if code in without_sentence:
+        return without_sentence[code]
+    lines = [line for line in _text(path).split("=" * 19)[0].splitlines() if line.strip()]
+    return "crash", f"exit code {code}: {lines[-1][:200] if lines else 'no output'}"

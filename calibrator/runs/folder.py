@@ -1,0 +1,151 @@
+"""The folder of the runs: its files, its lock, and the records in it."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import logging
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from calibrator.case.vocabulary import SCRIPTS
+from calibrator.errors import CalibratorError, one_line
+from calibrator.files import own_folder, parse_json, read_text, write_text
+from calibrator.runs.record import InvalidRecord, Record, read_record
+from calibrator.runs.request import Request
+
+log = logging.getLogger(__name__)
+RETRIED = ("crash", "lost", "timeout")
+"""Failures worth another try.
+
+A retry of the same request gives the same bits, so the other kinds would fail again.
+"""
+
+
+FOLDERS = ("records", "logs", "batches", "locks")
+ROOM = 2**20
+"""Bytes that must fit into each folder: what a run of some ten thousand grains leaves."""
+
+
+class RunFolder:
+    """Where one case keeps its runs; the only place that knows the names of the files in it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def record(self, request: Request) -> Path:
+        """The record file of a request."""
+        return self.path / "records" / f"{request.run_id}.json"
+
+    def curves(self, run_id: str) -> Path:
+        """The arrays of a run."""
+        return self.path / "records" / f"{run_id}.npz"
+
+    def log(self, request: Request) -> Path:
+        """The output of the last attempt at a request."""
+        return self.path / "logs" / f"{request.run_id}.log"
+
+    def failures(self) -> dict[str, dict[str, str | int]]:
+        """{run id: kind, message and attempts} of the runs that ended without a good record."""
+        try:
+            return _checked_failures(
+                parse_json(read_text(self.path / "failures.json", links=False))
+            )
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError) as error:
+            raise CalibratorError(
+                f"{self.path}/failures.json is damaged ({error}): delete it, failed runs are tried"
+                " again"
+            ) from None
+
+    def write_failures(self, failures: dict[str, dict[str, str | int]]) -> None:
+        """Replace the list of failures atomically."""
+        write_text(
+            self.path / "failures.json", json.dumps(failures, indent=1, sort_keys=True) + "\n"
+        )
+
+    def prepare(self) -> None:
+        """Make the folders, and a link to the scripts so that no path with blanks reaches
+        yade-batch's shell.
+        """
+        own_folder(self.path)
+        for name in FOLDERS:
+            own_folder(self.path / name)
+        link = self.path / "scripts"
+        if not link.exists() or link.resolve() != SCRIPTS:
+            try:
+                link.unlink(missing_ok=True)
+            except IsADirectoryError:
+                raise CalibratorError(
+                    f"{link} is a folder, and the link to YADE's scripts goes there: remove it"
+                ) from None
+            link.symlink_to(SCRIPTS, target_is_directory=True)
+
+    def check_room(self) -> None:
+        """Raise OSError where a run could not leave its files: a full or read-only disk must not be
+        blamed on the run.
+        """
+        for name in FOLDERS:
+            write_text(self.path / name / "room", " " * ROOM)
+            (self.path / name / "room").unlink()
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Wait for another driver that is at work in this folder, and keep others out; the lock
+        dies with its process.
+        """
+        own_folder(self.path)
+        with open(refuse_link(self.path / "driver.lock"), "a") as stream:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                log.warning(
+                    "another calibrator is at work in %s: waiting for it to end",
+                    one_line(str(self.path)),
+                )
+                fcntl.flock(stream, fcntl.LOCK_EX)
+            except OSError:
+                # a network file system without locks: there, two drivers may do a run twice, but
+                # lose none
+                pass
+            yield
+
+
+def _checked_failures(raw: Any) -> dict[str, dict[str, str | int]]:
+    """The list of failures, if it is one; else ValueError."""
+    shape = {"kind": str, "message": str, "attempts": int}
+    for run_id, entry in raw.items() if isinstance(raw, dict) else [("the file", raw)]:
+        if (
+            not isinstance(entry, dict)
+            or {k: type(v) for k, v in entry.items()} != shape
+            or entry["kind"] not in RETRIED
+        ):
+            raise ValueError(f"{run_id} does not give a kind, a message and attempts")
+    return raw
+
+
+def gather(folder: RunFolder, requests: Sequence[Request]) -> list[Record]:
+    """The finished runs among the requests: valid records, and failures with their kind and reason."""
+    failures, records = folder.failures(), []
+    for request in requests:
+        try:
+            records.append(read_record(folder.record(request), request))
+        except (FileNotFoundError, InvalidRecord):
+            if request.run_id in failures:
+                failure = failures[request.run_id]
+                records.append(
+                    Record(request, str(failure["kind"]), error=one_line(str(failure["message"])))
+                )
+    return records
+
+
+def refuse_link(path: Path) -> Path:
+    """A file that is going to be written in place; a link there is removed, lest it leads out of
+    the results folder.
+    """
+    if path.is_symlink():
+        path.unlink()
+    return path

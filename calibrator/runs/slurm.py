@@ -1,0 +1,334 @@
+"""Runs on a cluster: SLURM job arrays of yade-batch, with the queue and the record store as the
+only state.
+
+A batch is a folder of tables, submitted as one array under the folder's name; each array task is
+yade-batch over one table. What is in flight is what `squeue` shows by that name, so that a driver
+may die at any time and be called again. A batch that the driver has given up, or done with, is
+marked `settled`; a task of it that starts nevertheless ends at once.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import time
+import uuid
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from calibrator.case.settings import Cluster
+from calibrator.errors import CalibratorError
+from calibrator.files import own_folder, parse_json, read_text, write_text
+from calibrator.runs.batch import (
+    Progress,
+    batch_arguments,
+    clear,
+    notice,
+    pending_requests,
+    time_limit,
+)
+from calibrator.runs.cost import core_seconds
+from calibrator.runs.failures import exit_code, failed_attempts, note_failures
+from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request, write_table
+
+LONGEST_TABLE = 2000  # every run parses the whole table
+POLL = 5.0  # seconds between two looks at the queue
+QUEUE_TRIES = 12  # looks at a queue that does not answer before giving up
+Slices = list[list[Request]]
+
+
+def run(
+    folder: RunFolder,
+    requests: Sequence[Request],
+    options: Cluster,
+    attempts: int = 2,
+    report: Callable[[Progress], None] = lambda progress: None,
+) -> list[Record]:
+    """Carry out the requests that have no good record yet through SLURM; the contract is that of
+    `runner.run`.
+
+    The driver may die at any time: the jobs go on, and the next call waits for them before it
+    submits what is missing. Two drivers at once would submit the same runs: the caller holds
+    `RunFolder.alone`. Raises CalibratorError where SLURM is missing, does not answer or refuses a
+    submission, or where no run of one starts.
+    """
+    for program in ("sbatch", "squeue"):
+        if shutil.which(program) is None:
+            raise CalibratorError(
+                f"{program} is not installed here: call this on a login node, or leave out --engine"
+                " slurm"
+            )
+    folder.prepare()
+    _wait(folder, requests, options, report)
+    while pending := pending_requests(folder, requests, attempts):
+        batch, submitted = _submit(folder, pending, options)
+        _wait(folder, requests, options, report)
+        if not any(_started(folder, r) for r in submitted):
+            raise CalibratorError(
+                f"no run started: read {batch}/*.out and correct [cluster], then call again"
+            )
+    return gather(folder, requests)
+
+
+def _submit(
+    folder: RunFolder, pending: Sequence[Request], options: Cluster
+) -> tuple[Path, list[Request]]:
+    """Write a batch, then submit it.
+
+    Returns its folder, and the requests in it: at most options.most_tasks slices.
+    """
+    failures = folder.failures()
+    failed = {r.run_id: failed_attempts(failures, r) for r in pending}
+    predicted = core_seconds(pending, gather(folder, pending))
+    cost = dict(zip((r.run_id for r in pending), map(float, predicted), strict=True))
+    slices = _slices(pending, cost, failed, 60 * options.slice_minutes)[: options.most_tasks]
+    batch = own_folder(
+        folder.path
+        / "batches"
+        / f"calibrator-{time.strftime('%Y%m%d-%H%M%S')}-{uuid.uuid4().hex[:12]}"
+    )
+    for index, own in enumerate(slices):
+        clear(folder, own)
+        limit = time_limit({r.run_id: cost[r.run_id] for r in own}, 2.0 ** failed[own[0].run_id])
+        write_table(batch / f"{index}.table", own)
+        write_text(
+            batch / f"{index}.sh", _slice_script(f"batches/{batch.name}/{index}.table", own, limit)
+        )
+    write_text(batch / "job.sh", _job_script(batch.name, options))
+    write_text(
+        batch / "manifest.json", json.dumps([[r.run_id for r in own] for own in slices]) + "\n"
+    )
+    _sbatch(folder, batch, len(slices), options)
+    return batch, [r for own in slices for r in own]
+
+
+def _slices(
+    requests: Sequence[Request], cost: dict[str, float], failed: dict[str, int], seconds: float
+) -> Slices:
+    """Cut into slices of at most so many predicted seconds and of one run at least, longest runs
+    first.
+
+    Runs that have failed equally often stay together: their time limit is the same.
+    """
+    slices: Slices = []
+    spent = 0.0
+    for request in sorted(requests, key=lambda r: (failed[r.run_id], -cost[r.run_id])):
+        own = slices[-1] if slices else []
+        fits = own and spent + cost[request.run_id] <= seconds and len(own) < LONGEST_TABLE
+        if not fits or failed[own[0].run_id] != failed[request.run_id]:
+            slices.append([])
+            spent = 0.0
+        slices[-1].append(request)
+        spent += cost[request.run_id]
+    return slices
+
+
+def _job_script(name: str, options: Cluster) -> str:
+    """The script of an array task, which ends in that of its slice. options.shell is the user's own
+    shell text.
+    """
+    return "\n".join(
+        [
+            "#!/bin/bash -l",
+            (
+                f"if [ -e batches/{name}/settled ]; then echo 'given up by its driver: nothing to"
+                " do'; exit 0; fi"
+            ),
+            *(f"module load {module}" for module in options.modules),
+            *options.shell,
+            (
+                "export LANG=C.UTF-8 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONUNBUFFERED=1"
+                " PYTHONDONTWRITEBYTECODE=1"
+            ),
+            "wall=()  # yade-batch's servers are cut off from the network where that is possible",
+            (
+                "if unshare --map-root-user --net true 2>/dev/null; then wall=(unshare"
+                " --map-root-user --net)"
+            ),
+            "elif unshare --net true 2>/dev/null; then wall=(unshare --net)",
+            (
+                'else echo "no network namespace: the status page of yade-batch (port 9080+) can be'
+                ' reached from other machines"; fi'
+            ),
+            f". batches/{name}/$SLURM_ARRAY_TASK_ID.sh",
+            "",
+        ]
+    )
+
+
+def _slice_script(table: str, own: Sequence[Request], limit: float) -> str:
+    """The last lines of an array task: yade-batch over its table, with the wall-clock limit [s] of
+    each run.
+    """
+    arguments = shlex.join(batch_arguments(table, own, 1))
+    return (
+        f'export CALIBRATOR_TIME_LIMIT={limit:.0f}\nexec "${{wall[@]}}" setpriv --pdeathsig KILL'
+        f" yade-batch {arguments}\n"
+    )
+
+
+def _sbatch(folder: RunFolder, batch: Path, tasks: int, options: Cluster) -> None:
+    """Submit a batch under its own name.
+
+    Raises CalibratorError where SLURM does not take it, which costs no attempt.
+    """
+    given = {
+        "partition": options.partition,
+        "account": options.account,
+        "time": options.time,
+        "mem": options.memory,
+    }
+    command = [
+        "sbatch",
+        f"--array=0-{tasks - 1}",
+        f"--job-name={batch.name}",
+        f"--chdir={folder.path.resolve()}",
+        f"--output=batches/{batch.name}/%a.out",
+        "--open-mode=append",
+        "--ntasks=1",
+        "--cpus-per-task=1",
+        # SLURM itself starts the tasks of a lost node again, whether the driver lives or not
+        "--requeue",
+        "--export=PATH,HOME,USER,LOGNAME",
+        *(f"--{key}={value}" for key, value in given.items() if value),
+        f"{batch.resolve()}/job.sh",
+    ]
+    answer = _ask(command)
+    # A controller that answers late may have taken the job although sbatch reports an error.
+    if answer.returncode and batch.name not in _queued([batch.name]):
+        (batch / "settled").touch()  # and should the job come up later still, it does nothing
+        raise CalibratorError(
+            f"SLURM did not take the job ({answer.stderr}): correct [cluster] in the case or site"
+            " file, or wait until SLURM is well, then call again"
+        )
+
+
+def _ask(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
+    )
+
+
+def _queued(names: Iterable[str]) -> set[str]:
+    """Which of these batches have a task in the queue.
+
+    Raises CalibratorError if SLURM does not answer for a minute.
+    """
+    for attempt in range(QUEUE_TRIES):
+        if attempt:
+            time.sleep(POLL)
+        answer = _ask(["squeue", "--noheader", f"--name={','.join(names)}", "--format=%j"])
+        if answer.returncode == 0:
+            return {line.strip() for line in answer.stdout.splitlines()}
+    raise CalibratorError(
+        f"squeue does not answer ({answer.stderr}): call again when SLURM is back"
+    )
+
+
+def _open_batches(folder: RunFolder, by_id: dict[str, Request]) -> dict[Path, Slices]:
+    """Batches that are not settled, and have runs among these requests: those runs, slice by slice.
+
+    Raises CalibratorError where a manifest is damaged.
+    """
+    found = {}
+    for manifest in sorted(folder.path.glob("batches/*/manifest.json")):
+        batch = manifest.parent
+        if (batch / "settled").exists():
+            continue
+        try:
+            slices = [
+                [by_id[i] for i in own if i in by_id]
+                for own in parse_json(read_text(manifest, links=False))
+            ]
+        except (OSError, ValueError, TypeError) as error:
+            raise CalibratorError(
+                f"{manifest} is damaged ({error}): end the job {batch.name}, then delete {batch}"
+            ) from None
+        if any(slices):
+            found[batch] = slices
+    return found
+
+
+def _wait(
+    folder: RunFolder,
+    requests: Sequence[Request],
+    options: Cluster,
+    report: Callable[[Progress], None],
+) -> None:
+    """Wait until none of these runs is in flight, and note what became of each batch that has
+    ended.
+
+    The queue is asked before the record store: a run may finish in between, but it cannot start.
+    """
+    by_id, absent_since = {r.run_id: r for r in requests}, dict[Path, float]()
+    begin, finished, failed = time.monotonic(), set[str](), set[str]()
+    while batches := _open_batches(folder, by_id):
+        queued = _queued(batch.name for batch in batches)
+        for batch in [b for b in batches if b.name not in queued]:
+            absent = time.monotonic() - absent_since.setdefault(batch, time.monotonic())
+            # A shared file system may show the last records a little later than the queue shows the
+            # end.
+            if absent >= options.grace or all(
+                _has_verdict(folder, r) for own in batches[batch] for r in own
+            ):
+                _settle(folder, batch, batches.pop(batch))
+        notice(folder, requests, finished, failed)
+        elapsed = time.monotonic() - begin
+        # how long jobs queue is not known
+        left = elapsed * (len(requests) - len(finished)) / max(len(finished), 1)
+        report(Progress(len(finished), len(failed), len(requests), elapsed, left))
+        if batches:
+            time.sleep(POLL)
+
+
+def _started(folder: RunFolder, request: Request) -> bool:
+    return folder.log(request).exists() or folder.record(request).exists()
+
+
+def _has_verdict(folder: RunFolder, request: Request) -> bool:
+    return folder.record(request).exists() or exit_code(folder.log(request)) is not None
+
+
+def _was_cut_off(folder: RunFolder, request: Request) -> bool:
+    """Whether a run was started and then killed from outside: it has no record, and no exit code of
+    its own making.
+    """
+    by_a_signal = exit_code(folder.log(request)) in (None, 137, 143)
+    return folder.log(request).exists() and not folder.record(request).exists() and by_a_signal
+
+
+def _settle(folder: RunFolder, batch: Path, slices: Slices) -> None:
+    """Note the failures of a batch that has ended.
+
+    A run that was cut off (wall time, memory, scancel) has failed only if it was the first one of
+    its task, and so had all that a task is given: it would be cut off again for ever. The others
+    run again at no cost, as do those that never started.
+    """
+    tried, ends = list[Request](), dict[str, tuple[str, str]]()
+    for index, own in enumerate(slices):
+        for position, request in enumerate(own):
+            if not _was_cut_off(folder, request):
+                tried += [request] * _started(folder, request)
+            elif position == 0:
+                tried.append(request)
+                ends[request.run_id] = _end_of_task(batch / f"{index}.out")
+    note_failures(folder, tried, ends)
+    (batch / "settled").touch()
+
+
+def _end_of_task(output: Path) -> tuple[str, str]:
+    """Kind and reason of the end of an array task, from what SLURM wrote at the end of its output."""
+    try:
+        text = read_text(output, links=False)
+    except OSError:
+        text = ""
+    if "DUE TO TIME LIMIT" in text:
+        return "timeout", "the wall time of its array task ended: raise cluster.time"
+    if re.search("oom.kill|memory limit", text, re.IGNORECASE):
+        return "lost", "its array task ran out of memory: raise cluster.memory"
+    return "lost", "killed from outside, or with its array task"

@@ -1,0 +1,192 @@
+"""A case, the folder of its results, and what every verb does there: runs, notes, counts."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from calibrator.case.case import Case
+from calibrator.case.settings import Diagnosis, Replicates
+from calibrator.case.vocabulary import SCHEMA
+from calibrator.errors import CalibratorError
+from calibrator.files import own_folder, parse_json, read_text, write_text
+from calibrator.runs import slurm
+from calibrator.runs.batch import Progress
+from calibrator.runs.cost import core_seconds
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.local import run
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+
+Report = Callable[[Progress], None]
+
+
+def silent(progress: Progress) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A case and the folder of its results.
+
+    `fresh` ignores the shipped database, so that every run is done anew.
+    """
+
+    case: Case
+    path: Path
+    fresh: bool = False
+    engine: str = "local"
+
+    @property
+    def runs(self) -> RunFolder:
+        """The folder of the runs."""
+        return RunFolder(self.path)
+
+    def shipped(self) -> Database:
+        """The database that may serve as a start; empty where none is named, or where fresh runs
+        were asked for.
+        """
+        path = self.case.shipped
+        return Database() if path is None or self.fresh else Database.read(path)
+
+    def finished(self, requests: Sequence[Request]) -> list[Record]:
+        """Finished runs of these requests: done here, or of the same content in the shipped
+        database.
+        """
+        here = {r.run_id: r for r in gather(self.runs, requests)}
+        there = self.shipped().records
+        return [
+            here.get(r.run_id) or there[r.run_id]
+            for r in requests
+            if r.run_id in here or r.run_id in there
+        ]
+
+    def summary(self) -> dict[str, Any]:
+        """What the verbs have written so far, by verb.
+
+        It bears a seal, so that whatever reads it can trust its shape.
+        """
+        try:
+            summary = parse_json(read_text(self.path / "summary.json", links=False))
+            if not isinstance(summary, dict) or summary.pop("seal", None) != _seal(summary):
+                raise ValueError("it was edited, or written by another version")
+            return summary
+        except FileNotFoundError:
+            return {"case": self.case.name, "schema": SCHEMA}
+        except (OSError, ValueError, RecursionError) as error:
+            raise CalibratorError(
+                f"{self.path}/summary.json is damaged ({error}): delete it and run the verbs again"
+            ) from None
+
+    def note(self, verb: str, outcome: dict[str, Any]) -> dict[str, Any]:
+        """Write the outcome of a verb into summary.json, atomically; returns it."""
+        summary = {**self.summary(), verb: outcome}
+        sealed = {**summary, "seal": _seal(summary)}
+        write_text(
+            self.folder() / "summary.json", json.dumps(sealed, indent=1, allow_nan=False) + "\n"
+        )
+        return outcome
+
+    def folder(self, *names: str) -> Path:
+        """A folder of the results, made where it is missing.
+
+        Raises CalibratorError where it is a link to somewhere else.
+        """
+        folder = own_folder(self.path)
+        for name in names:
+            folder = own_folder(folder / name)
+        return folder
+
+    def outcome(self, verb: str) -> dict[str, Any]:
+        """The outcome of an earlier verb.
+
+        Raises CalibratorError naming the command to run first.
+        """
+        summary = self.summary()
+        if verb not in summary:
+            raise CalibratorError(
+                f"{verb} has not been done yet: run `calibrator {verb} {self.case.path}` first"
+            )
+        if verb == "calibrate" and not _fits(self.case, summary[verb]):
+            raise CalibratorError(
+                f"the case has changed since calibrate: run `calibrator calibrate {self.case.path}`"
+                " again"
+            )
+        return summary[verb]
+
+
+def _seal(summary: dict[str, Any]) -> str:
+    """Hash over a summary, the same before it is written and after it is read."""
+    return hashlib.sha256(
+        json.dumps(summary, sort_keys=True, allow_nan=False).encode()
+    ).hexdigest()[:16]
+
+
+def _fits(case: Case, calibration: dict[str, Any]) -> bool:
+    """Whether a calibration is one of these parameters, within their bounds, and of these targets."""
+    keys = {t.key for t in case.problem.targets}
+    for found in calibration["candidates"].values():
+        if (
+            found["parameters"].keys() != set(case.problem.names)
+            or found["predicted"].keys() != keys
+        ):
+            return False
+        if not all(p.low <= found["parameters"][p.name] <= p.high for p in case.problem.parameters):
+            return False
+    return True
+
+
+def without(requests: Sequence[Request], records: Sequence[Record]) -> list[Request]:
+    finished = {r.run_id for r in records}
+    return [r for r in requests if r.run_id not in finished]
+
+
+def work_left(space: Workspace, requests: Sequence[Request]) -> tuple[list[Request], float]:
+    """The requests that are not finished, and the core-hours that they are predicted to take."""
+    done = space.finished(requests)
+    missing = without(requests, done)
+    return missing, float(core_seconds(missing, done).sum() / 3600) if missing else 0.0
+
+
+def carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> list[Record]:
+    """Run what neither this folder nor the shipped database has; returns all finished records of
+    the requests.
+    """
+    there = space.shipped().records
+    missing = [r for r in requests if r.run_id not in there]
+    if missing and space.engine == "slurm":
+        slurm.run(space.runs, missing, space.case.cluster, space.case.run.attempts, report)
+    elif missing:
+        run(space.runs, missing, space.case.run.jobs, space.case.run.attempts, report)
+    return space.finished(requests)
+
+
+def counts(records: Sequence[Record]) -> dict[str, Any]:
+    kinds = sorted({r.status for r in records})
+    counts = {kind: sum(r.status == kind for r in records) for kind in kinds}
+    failed = {
+        r.run_id: f"{r.status}: {r.error}" for r in records if r.status not in ("ok", "clogged")
+    }
+    return {
+        "statuses": counts,
+        "failed": failed,
+        "yade": sorted({r.provenance["yade"] for r in records if "yade" in r.provenance}),
+    }
+
+
+def for_new_seeds(space: Workspace, settings: Replicates | Diagnosis) -> Workspace:
+    """The workspace of a verification, validation or diagnosis: it starts from nothing but the runs
+    shipped for that.
+    """
+    running = dataclasses.replace(space.case.run, shipped=settings.shipped)
+    return dataclasses.replace(space, case=dataclasses.replace(space.case, run=running))
+
+
+def made_by(space: Workspace, verb: str) -> str:
+    return f"case {space.case.name}; calibrator {verb} {space.case.path.name}"

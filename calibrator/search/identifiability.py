@@ -1,0 +1,353 @@
+"""Which parameters the targets pin down: profile likelihood over the interpolant.
+
+Raue et al., Structural and practical identifiability analysis of partially observed dynamical
+models by exploiting the profile likelihood, Bioinformatics 25 (2009) 1923-1929.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from calibrator.case.problem import Problem
+from calibrator.responses.box import box_sample
+from calibrator.responses.interpolant import Interpolant
+from calibrator.responses.targets import target_columns, target_errors
+
+CHI2_68, CHI2_95 = 1.0, 3.84  # rises of chi2 that bound 68 and 95 % of one parameter
+PINNED_SHARE = 0.5  # of the range: a 95 % interval narrower than this pins the parameter
+STEP = 1e-4  # of the range: forward difference of the residuals
+STARTS = 20  # points of the sample from which the global minimum is sought
+NEARBY = 64  # sample points around a position of which the best is a start
+ROUNDS = 12  # of the descent; it converges quadratically near the minimum
+WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
+Residuals = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterProfile:
+    """What the targets say about one parameter, the other parameters always adapted.
+
+    Attributes
+    ----------
+    best : value at the smallest chi2.
+    interval_68, interval_95 : hull of the values whose chi2 exceeds the smallest by no more than 1
+        and 3.84; an end that equals low or high is set by the box, not by the targets.
+    positions, chi2 : (b,) profile curve, the smallest chi2 at each position, in ascending
+    positions.
+    """
+
+    name: str
+    low: float
+    high: float
+    best: float
+    interval_68: tuple[float, float]
+    interval_95: tuple[float, float]
+    positions: np.ndarray
+    chi2: np.ndarray
+
+    @property
+    def share(self) -> float:
+        """Width of the 95 % interval over the range."""
+        return (self.interval_95[1] - self.interval_95[0]) / (self.high - self.low)
+
+    @property
+    def pinned(self) -> bool:
+        """Whether the 95 % interval covers less than half of the range."""
+        return self.share < PINNED_SHARE
+
+    @property
+    def sentence(self) -> str:
+        """The finding in plain words."""
+        interval = (
+            f"{self.interval_95[0]:.4g} to {self.interval_95[1]:.4g} (95 %), {self.share:.0%} of"
+            " its range"
+        )
+        return (
+            f"{self.name} is {'pinned' if self.pinned else 'not pinned down by these targets'}:"
+            f" {interval}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiability:
+    """Profiles of all parameters and how the accepted parameter sets hang together.
+
+    Attributes
+    ----------
+    best : (d,) parameter set of the smallest chi2; chi2 : its value, a sum over the targets: well
+        above their number it says that the targets contradict the model, and the intervals then
+        mean little.
+    accepted : (k, d) parameter sets of the box distributed as exp(-chi2 / 2).
+    correlation : (d, d) of the accepted sets: near 1 or -1 along a ridge of sets that fit equally
+    well.
+    assumed : targets without scatter, whose standard error was taken as half their tolerance.
+    """
+
+    parameters: tuple[ParameterProfile, ...]
+    best: np.ndarray
+    chi2: float
+    accepted: np.ndarray
+    correlation: np.ndarray
+    assumed: tuple[str, ...]
+
+
+def identify(
+    problem: Problem,
+    interpolant: Interpolant,
+    samples: int = 2**14,
+    positions: int = 41,
+    seed: int = 1,
+) -> Identifiability:
+    """Profile chi2 over each parameter of the box.
+
+    chi2 is the sum over the targets of (prediction - target)^2 / (standard error of the target^2 +
+    standard error of the interpolant^2). A Sobol sample of the box supplies the starts; at each of
+    the positions of a parameter the others descend to the smallest chi2, first all over the range,
+    then once more within the 95 % interval found. Random walkers that set out from the profiles
+    then map the region that fits.
+
+    Parameters
+    ----------
+    samples : Sobol points of the box; positions : of each profile over the range, and again over
+    the 95 % interval.
+
+    Raises
+    ------
+    CalibratorError : a target's response is not interpolated, or it has neither scatter nor
+    tolerance.
+    """
+    residuals, assumed = _residuals(problem, interpolant)
+    rng, dimensions = np.random.default_rng(seed), len(problem.names)
+    units = box_sample(np.zeros(dimensions), np.ones(dimensions), samples, rng)
+    sample = _Points(units, (residuals(units) ** 2).sum(axis=1))
+    starts = sample.units[np.argsort(sample.chi2)[:STARTS]]
+    sample = _joined(sample, _descended(residuals, starts, np.zeros(starts.shape, bool)))
+    coarse = [
+        _profile(residuals, sample, column, np.linspace(0, 1, positions))
+        for column in range(dimensions)
+    ]
+    sample = _joined(sample, *coarse)
+    grids = [_zoomed(curve, sample.best, column, positions) for column, curve in enumerate(coarse)]
+    fine = [_profile(residuals, sample, column, grid) for column, grid in enumerate(grids)]
+    best = _joined(sample, *fine).best
+    curves = [_joined(*both, best) for both in zip(coarse, fine, strict=True)]
+    profiles = tuple(
+        _parameter_profile(problem, curve, best, column) for column, curve in enumerate(curves)
+    )
+    walked = _walked(residuals, _near_best(_joined(*curves)), rng)
+    correlation = np.atleast_2d(np.corrcoef(walked.T))
+    accepted = _scaled(problem, walked)
+    return Identifiability(
+        profiles,
+        _scaled(problem, best.units[0]),
+        float(best.chi2[0]),
+        accepted,
+        correlation,
+        assumed,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Points of the unit box, units (n, d), with their chi2 (n,)."""
+
+    units: np.ndarray
+    chi2: np.ndarray
+
+    @property
+    def best(self) -> _Points:
+        """The point of smallest chi2 alone."""
+        index = int(np.argmin(self.chi2))
+        return _Points(self.units[index : index + 1], self.chi2[index : index + 1])
+
+
+def _joined(*several: _Points) -> _Points:
+    return _Points(
+        np.concatenate([p.units for p in several]), np.concatenate([p.chi2 for p in several])
+    )
+
+
+def _scaled(problem: Problem, units: np.ndarray) -> np.ndarray:
+    return problem.low + (problem.high - problem.low) * units
+
+
+def _residuals(problem: Problem, interpolant: Interpolant) -> tuple[Residuals, tuple[str, ...]]:
+    """Function from points of the unit box (n, d) to normalised residuals (n, t), and the targets
+    with an assumed error.
+    """
+    columns, (errors, assumed) = (
+        target_columns(problem, interpolant.responses),
+        target_errors(problem),
+    )
+    values = np.array([target.value for target in problem.targets])
+
+    def residuals(units: np.ndarray) -> np.ndarray:
+        mean, std = interpolant.predict_with_error(_scaled(problem, units))
+        return (mean[:, columns] - values) / np.hypot(errors, std[:, columns])
+
+    return residuals, assumed
+
+
+def _near_best(points: _Points) -> _Points:
+    near = points.chi2 <= points.chi2.min() + CHI2_95
+    return _Points(points.units[near], points.chi2[near])
+
+
+def _profile(residuals: Residuals, sample: _Points, column: int, grid: np.ndarray) -> _Points:
+    """Smallest chi2 at each position (b,) of one coordinate, the other coordinates free.
+
+    Each position starts twice: from the best of the sample points nearby and from the best point of
+    all.
+    """
+    starts = np.concatenate(
+        [_best_nearby(sample, column, grid), np.repeat(sample.best.units, len(grid), axis=0)]
+    )
+    starts[:, column] = np.tile(grid, 2)
+    fixed = np.zeros(starts.shape, bool)
+    fixed[:, column] = True
+    found = _descended(residuals, starts, fixed)
+    rows = np.arange(len(grid)) + len(grid) * np.argmin(found.chi2.reshape(2, -1), axis=0)
+    return _Points(found.units[rows], found.chi2[rows])
+
+
+def _best_nearby(sample: _Points, column: int, grid: np.ndarray) -> np.ndarray:
+    count = min(NEARBY, len(sample.chi2))
+    distances = np.abs(sample.units[:, column] - grid[:, None])
+    nearby = np.argpartition(distances, count - 1, axis=1)[:, :count]
+    best = np.argmin(sample.chi2[nearby], axis=1)
+    return sample.units[nearby[np.arange(len(grid)), best]]
+
+
+def _descended(residuals: Residuals, starts: np.ndarray, fixed: np.ndarray) -> _Points:
+    """Levenberg-Marquardt descent of all starts (b, d) at once inside the unit box; fixed (b, d)
+    marks held coordinates.
+    """
+    units, found, damping = starts, residuals(starts), np.full(len(starts), 1e-3)
+    for _ in range(ROUNDS):
+        trial = np.clip(units + _step(residuals, units, found, damping, fixed), 0, 1)
+        tried = residuals(trial)
+        better = (tried**2).sum(axis=1) < (found**2).sum(axis=1)
+        units, found = (
+            np.where(better[:, None], trial, units),
+            np.where(better[:, None], tried, found),
+        )
+        damping = np.where(better, damping / 10, damping * 10)
+    return _Points(units, (found**2).sum(axis=1))
+
+
+def _step(
+    residuals: Residuals,
+    units: np.ndarray,
+    found: np.ndarray,
+    damping: np.ndarray,
+    fixed: np.ndarray,
+) -> np.ndarray:
+    """Damped Gauss-Newton steps (b, d); a coordinate at the wall that would leave the box is held
+    for this step.
+    """
+    jacobian = _jacobian(residuals, units, found)
+    gradient = np.einsum("btd,bt->bd", jacobian, found)
+    held = fixed | ((units <= 0) & (gradient > 0)) | ((units >= 1) & (gradient < 0))
+    jacobian, gradient = np.where(held[:, None, :], 0, jacobian), np.where(held, 0, gradient)
+    curvature = np.einsum("btd,bte->bde", jacobian, jacobian)
+    ridge = damping * (np.trace(curvature, axis1=1, axis2=2) + 1e-12)
+    return -np.linalg.solve(
+        curvature + ridge[:, None, None] * np.eye(units.shape[1]), gradient[..., None]
+    )[..., 0]
+
+
+def _jacobian(residuals: Residuals, units: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Forward differences (b, t, d), taken towards the inside of the box."""
+    count, dimensions = units.shape
+    steps = np.where(units < 0.5, STEP, -STEP)
+    moved = units[:, None, :] + steps[:, None, :] * np.eye(dimensions)
+    differences = (
+        residuals(moved.reshape(-1, dimensions)).reshape(count, dimensions, -1) - found[:, None, :]
+    )
+    return np.swapaxes(differences / steps[..., None], 1, 2)
+
+
+def _zoomed(curve: _Points, best: _Points, column: int, positions: int) -> np.ndarray:
+    """Positions that resolve the 95 % interval found so far, half its width beyond it on either
+    side.
+    """
+    low, high = _interval(_joined(curve, best), column, CHI2_95)
+    margin = (high - low) / 2
+    return np.linspace(max(0.0, low - margin), min(1.0, high + margin), positions)
+
+
+def _interval(curve: _Points, column: int, level: float) -> tuple[float, float]:
+    """Hull of the positions whose chi2 exceeds the curve's smallest by no more than level.
+
+    Between positions sqrt(chi2 - smallest) is taken as linear, which is exact for a linear model.
+    """
+    order = np.argsort(curve.units[:, column])
+    at, root = curve.units[order, column], np.sqrt(curve.chi2[order] - curve.chi2.min())
+    accepted = np.flatnonzero(root <= math.sqrt(level))
+    return _crossing(at, root, accepted[0], -1, level), _crossing(at, root, accepted[-1], 1, level)
+
+
+def _crossing(at: np.ndarray, root: np.ndarray, last: int, side: int, level: float) -> float:
+    beyond = last + side
+    if not 0 <= beyond < len(at):
+        return float(at[last])
+    share = (math.sqrt(level) - root[last]) / (root[beyond] - root[last])
+    return float(at[last] + share * (at[beyond] - at[last]))
+
+
+def _parameter_profile(
+    problem: Problem, curve: _Points, best: _Points, column: int
+) -> ParameterProfile:
+    parameter = problem.parameters[column]
+    order = np.argsort(curve.units[:, column])
+
+    def scaled(share: Any) -> Any:
+        return parameter.low + (parameter.high - parameter.low) * share
+
+    def interval(level: float) -> tuple[float, float]:
+        low, high = _interval(curve, column, level)
+        return scaled(low), scaled(high)
+
+    return ParameterProfile(
+        parameter.name,
+        parameter.low,
+        parameter.high,
+        float(scaled(best.units[0, column])),
+        interval(CHI2_68),
+        interval(CHI2_95),
+        scaled(curve.units[order, column]),
+        curve.chi2[order],
+    )
+
+
+def _walked(residuals: Residuals, start: _Points, rng: np.random.Generator) -> np.ndarray:
+    """Points (k, d) of the unit box distributed as exp(-chi2 / 2), by differential evolution Markov
+    chains.
+
+    Each half of the walkers proposes steps along differences within the other half, so that the
+    steps take the shape of the ridge (ter Braak, Stat. Comput. 16 (2006) 239-249). start holds
+    points of the region to be walked.
+    """
+    walkers = start.units[rng.integers(len(start.units), size=(2, WALKERS // 2))]
+    chi2 = np.stack([(residuals(half) ** 2).sum(axis=1) for half in walkers])
+    stride, jitter = 2.38 / math.sqrt(2 * walkers.shape[2]), 0.01 * start.units.std(axis=0)
+    kept = []
+    for step in range(STEPS):
+        for half in (0, 1):
+            first, second = walkers[1 - half][rng.integers(WALKERS // 2, size=(2, WALKERS // 2))]
+            trial = (
+                walkers[half] + stride * (first - second) + jitter * rng.normal(size=first.shape)
+            )
+            tried = (residuals(np.clip(trial, 0, 1)) ** 2).sum(axis=1)
+            inside = ((trial >= 0) & (trial <= 1)).all(axis=1)
+            # Metropolis
+            moves = inside & (tried < chi2[half] + 2 * rng.exponential(size=len(tried)))
+            walkers[half][moves], chi2[half][moves] = trial[moves], tried[moves]
+        if step >= STEPS // 2 and step % 5 == 0:
+            kept.append(walkers.reshape(WALKERS, -1).copy())
+    return np.concatenate(kept)

@@ -1,0 +1,6 @@
+"""Phase 3: fresh runs against what the interpolant promised and what was measured.
+
+comparison   one response at one candidate
+verify       the verbs `verify` and `validate`
+outcome      what they found
+"""
