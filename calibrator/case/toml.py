@@ -80,7 +80,7 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
         )
     settings = {key: build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
-    about = typed("about", "str", tables.get("about", ""))
+    about = typed("about", str, tables.get("about", ""))
     measured = lab or _measured(tables, path)
     observables, conditions = read_lab(measured), _conditions(tables)
     for one in observables:
@@ -249,7 +249,7 @@ def _targets(tables: dict[str, Any], observables: list[Observable]) -> list[tupl
         extra = {
             k: typed(
                 f"targets.{target.key}.{known(k, ('weight', 'tolerance'), 'target option')}",
-                "float",
+                float,
                 v,
             )
             for k, v in _table(options.get(target.key, {}), f"targets.{target.key}").items()
@@ -264,8 +264,8 @@ def _truth(path: Path, name: Any) -> dict[str, float]:
     """The parameters behind a synthetic lab, read only to print how far the calibration is from
     them.
     """
-    tables = _load(named_file(path, typed("truth_file", "str", name), "truth_file"))
+    tables = _load(named_file(path, typed("truth_file", str, name), "truth_file"))
     for key in tables:
         known(key, ("parameters",), "table in the truth file")
     given = _table(tables.get("parameters", {}), "parameters").items()
-    return {n: typed(f"{name}: {n}", "float", checked_value(n, v)) for n, v in given}
+    return {n: typed(f"{name}: {n}", float, checked_value(n, v)) for n, v in given}

@@ -8,9 +8,11 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from calibrator.case.case import Case
+from calibrator.case.codec import build, plain
+from calibrator.case.fingerprint import Fingerprint, changed
 from calibrator.case.settings import Diagnosis, Replicates
 from calibrator.case.vocabulary import SCHEMA
 from calibrator.errors import CalibratorError
@@ -25,6 +27,7 @@ from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 
 Report = Callable[[Progress], None]
+Outcome = TypeVar("Outcome")
 
 
 def silent(progress: Progress) -> None:
@@ -84,13 +87,12 @@ class Workspace:
                 f"{self.path}/summary.json is damaged ({error}): delete it and run the verbs again"
             ) from None
 
-    def note(self, verb: str, outcome: dict[str, Any]) -> dict[str, Any]:
+    def note(self, verb: str, outcome: Outcome) -> Outcome:
         """Write the outcome of a verb into summary.json, atomically; returns it."""
-        summary = {**self.summary(), verb: outcome}
+        summary = {**self.summary(), verb: plain(outcome)}
         sealed = {**summary, "seal": _seal(summary)}
-        write_text(
-            self.folder() / "summary.json", json.dumps(sealed, indent=1, allow_nan=False) + "\n"
-        )
+        text = json.dumps(sealed, indent=1, allow_nan=False)
+        write_text(self.folder() / "summary.json", text + "\n")
         return outcome
 
     def folder(self, *names: str) -> Path:
@@ -103,22 +105,38 @@ class Workspace:
             folder = own_folder(folder / name)
         return folder
 
-    def outcome(self, verb: str) -> dict[str, Any]:
-        """The outcome of an earlier verb.
+    def outcome(self, verb: str, cls: type[Outcome]) -> Outcome | None:
+        """What a verb noted, whatever it was computed from; None where it has not been called.
 
-        Raises CalibratorError naming the command to run first.
+        Raises CalibratorError where it is not what this version writes.
         """
-        summary = self.summary()
-        if verb not in summary:
+        noted = self.summary().get(verb)
+        try:
+            return None if noted is None else build(cls, noted, verb)
+        except CalibratorError as error:
             raise CalibratorError(
-                f"{verb} has not been done yet: run `calibrator {verb} {self.case.path}` first"
-            )
-        if verb == "calibrate" and not _fits(self.case, summary[verb]):
+                f"{self.path}/summary.json was written by another version ({error}): "
+                f"run `{self.command(verb)}` again"
+            ) from None
+
+    def current(self, verb: str, cls: type[Outcome], now: Fingerprint) -> Outcome:
+        """What a verb noted, if it was computed from what the case and the runs are now.
+
+        Raises CalibratorError, with the command to run, where the verb has not been called or any
+        part of what its outcome rests on has changed since.
+        """
+        outcome = self.outcome(verb, cls)
+        if outcome is None:
+            raise CalibratorError(f"{verb} has not been done yet: run `{self.command(verb)}` first")
+        if parts := changed(outcome.fingerprint, now):  # type: ignore[attr-defined]
             raise CalibratorError(
-                f"the case has changed since calibrate: run `calibrator calibrate {self.case.path}`"
-                " again"
+                f"{' and '.join(parts)} changed since {verb}: run `{self.command(verb)}` again"
             )
-        return summary[verb]
+        return outcome
+
+    def command(self, verb: str) -> str:
+        """The command line that calls a verb on this case."""
+        return f"calibrator {verb} {self.case.path}"
 
 
 def _seal(summary: dict[str, Any]) -> str:
@@ -126,20 +144,6 @@ def _seal(summary: dict[str, Any]) -> str:
     return hashlib.sha256(
         json.dumps(summary, sort_keys=True, allow_nan=False).encode()
     ).hexdigest()[:16]
-
-
-def _fits(case: Case, calibration: dict[str, Any]) -> bool:
-    """Whether a calibration is one of these parameters, within their bounds, and of these targets."""
-    keys = {t.key for t in case.problem.targets}
-    for found in calibration["candidates"].values():
-        if (
-            found["parameters"].keys() != set(case.problem.names)
-            or found["predicted"].keys() != keys
-        ):
-            return False
-        if not all(p.low <= found["parameters"][p.name] <= p.high for p in case.problem.parameters):
-            return False
-    return True
 
 
 def without(requests: Sequence[Request], records: Sequence[Record]) -> list[Request]:
@@ -167,17 +171,46 @@ def carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> 
     return space.finished(requests)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Counts:
+    """How runs ended.
+
+    Attributes
+    ----------
+    statuses : number of runs by status; failed : status and reason by run id, of runs that neither
+        ended well nor clogged; yade : versions of YADE that made them.
+    """
+
+    statuses: dict[str, int]
+    failed: dict[str, str]
+    yade: tuple[str, ...]
+
+    @property
+    def total(self) -> int:
+        """All runs."""
+        return sum(self.statuses.values())
+
+    @property
+    def good(self) -> int:
+        """Runs with every response."""
+        return self.statuses.get("ok", 0)
+
+
 def counts(records: Sequence[Record]) -> dict[str, Any]:
+    """How these runs ended: the fields of `Counts`."""
     kinds = sorted({r.status for r in records})
-    counts = {kind: sum(r.status == kind for r in records) for kind in kinds}
-    failed = {
-        r.run_id: f"{r.status}: {r.error}" for r in records if r.status not in ("ok", "clogged")
-    }
     return {
-        "statuses": counts,
-        "failed": failed,
-        "yade": sorted({r.provenance["yade"] for r in records if "yade" in r.provenance}),
+        "statuses": {kind: sum(r.status == kind for r in records) for kind in kinds},
+        "failed": {
+            r.run_id: f"{r.status}: {r.error}" for r in records if r.status not in ("ok", "clogged")
+        },
+        "yade": tuple(sorted({r.provenance["yade"] for r in records if "yade" in r.provenance})),
     }
+
+
+def contents(records: Sequence[Record]) -> list[tuple[str, str, dict[str, float]]]:
+    """What an outcome takes from records, for its fingerprint: run id, status and responses."""
+    return sorted((r.run_id, r.status, r.responses) for r in records)
 
 
 def for_new_seeds(space: Workspace, settings: Replicates | Diagnosis) -> Workspace:
