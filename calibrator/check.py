@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from calibrator.case.case import Case
 from calibrator.case.physics import rayleigh_time, time_step_warning
 from calibrator.case.problem import known
 from calibrator.case.vocabulary import SETUPS
@@ -17,40 +18,54 @@ from calibrator.runs.request import Request
 from calibrator.runs.workspace import Workspace
 
 
-def check_case(space: Workspace) -> dict[str, Any]:
-    """Everything that can be wrong before a run is made: time steps, narrow necks, a missing YADE."""
-    case, warnings = space.case, []
+@dataclass(frozen=True)
+class Checked:
+    """Outcome of the verb `check`: runs of the plan, keys of the targets, warnings in words."""
+
+    runs: int
+    targets: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    def lines(self) -> list[str]:
+        """The outcome in plain words."""
+        first = f"good; {self.runs} runs, targets {', '.join(self.targets)}"
+        return [first, *(f"  warning: {w}" for w in self.warnings)]
+
+
+def check_case(space: Workspace) -> Checked:
+    """Everything that can be wrong before a run is made.
+
+    Time steps, narrow necks, what a diagnosis lacks; raises CalibratorError for an unknown
+    objective or a missing YADE.
+    """
+    case = space.case
     for name in case.search.objectives:
         known(name, OBJECTIVES, "objective")
     requests = plan_requests(case)
-    for setup in SETUPS:
-        probe = next((r for r in requests if r.setup == setup), None)
-        if probe is not None:
-            warnings += _geometry_warnings(probe)
+    probes = [next((r for r in requests if r.setup == setup), None) for setup in SETUPS]
+    warnings = [w for probe in probes if probe is not None for w in _geometry_warnings(probe)]
+    warnings += _step_warnings(case)
+    yade_batch_command()
+    warnings += unmeasured(case)
+    targets = tuple(t.key for t in case.problem.targets)
+    return space.note("check", Checked(len(requests), targets, tuple(warnings)))
+
+
+def _step_warnings(case: Case) -> list[str]:
+    """What a time step longer than the reference paper's asks for does at these parameters."""
     columns = case.problem.columns(design_points(case))
-    fraction, fixed_step = (
-        float(np.max(columns["rayleigh_fraction"])),
-        float(np.max(columns["time_step"])),
-    )
+    fraction = float(np.max(columns["rayleigh_fraction"]))
+    fixed_step = float(np.max(columns["time_step"]))
     shortest = float(np.min(rayleigh_time(columns)))
     step = fixed_step or fraction * shortest
-    warnings += [w for w in [time_step_warning(step * (1 - 1e-9), columns)] if w]
+    warnings = [w for w in [time_step_warning(step * (1 - 1e-9), columns)] if w]
     if step > 0.2 * shortest * (1 + 1e-9) and np.min(columns["restitution"]) < 0.6:
         warnings.append(
             "impacts with a restitution below 0.6 lose too much speed at a time step of"
             f" {step / shortest:.0%} of the Rayleigh time: set rayleigh_fraction = 0.2 (or a"
             " smaller time_step) under [fixed]"
         )
-    yade_batch_command()
-    warnings += unmeasured(case)
-    return space.note(
-        "check",
-        {
-            "runs": len(requests),
-            "targets": [t.key for t in case.problem.targets],
-            "warnings": warnings,
-        },
-    )
+    return warnings
 
 
 def _geometry_warnings(request: Request) -> list[str]:

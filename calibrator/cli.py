@@ -7,27 +7,75 @@ import importlib
 import logging
 import signal
 import sys
-from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from calibrator import __version__
 from calibrator.case.toml import read_case
 from calibrator.errors import CalibratorError, one_line
-from calibrator.terminal import (
-    Outcome,
-    ProgressBar,
-    say,
-    say_calibrate,
-    say_check,
-    say_diagnose,
-    say_plan,
-    say_preflight,
-    say_report,
-    say_runs,
-    say_validate,
-    say_verify,
-)
+from calibrator.terminal import ProgressBar, say, say_json
+
+if TYPE_CHECKING:
+    from calibrator.runs.workspace import Workspace
+
+
+@dataclass(frozen=True)
+class Verb:
+    """A step of the workflow: what it does in words, and where the function is that does it.
+
+    function : "module:name" below calibrator, imported only once the verb is called; makes_runs :
+    whether it drives YADE, and so has the folder of the results to itself and reports progress.
+    """
+
+    about: str
+    function: str
+    makes_runs: bool = False
+
+    def __call__(self, space: Workspace, *more: Any) -> Any:
+        """Carry the verb out; returns its outcome."""
+        module, _, name = self.function.partition(":")
+        verb = getattr(importlib.import_module(f"calibrator.{module}"), name)
+        if not self.makes_runs:
+            return verb(space, *more)
+        with space.runs.alone():
+            return verb(space, ProgressBar(sys.stderr), *more)
+
+
+VERBS = {
+    "check": Verb("find everything wrong with a case before a run is made", "check:check_case"),
+    "plan": Verb("write the yade-batch tables and predict the cost", "plan.forecast:plan"),
+    "run": Verb("carry out the plan on YADE; resumes", "plan.run:run_plan", True),
+    "collect": Verb("gather finished runs into the response database", "plan.run:collect"),
+    "calibrate": Verb(
+        "interpolate, search the Pareto front, choose candidates", "search.calibrate:calibrate"
+    ),
+    "verify": Verb("run YADE afresh at the candidates", "verification.verify:verify", True),
+    "validate": Verb(
+        "predict measurements that were not used, on other set-ups",
+        "verification.verify:validate",
+        True,
+    ),
+    "report": Verb(
+        "write one self-contained page with figures and tables", "report.page:write_report"
+    ),
+}
+"""The verbs of a calibration in the order of the workflow."""
+
+DIAGNOSIS = {
+    "preflight": Verb(
+        "what these observables could say about a missing effect, and which further experiment"
+        " would help",
+        "diagnosis.preflight:preflight",
+        True,
+    ),
+    "diagnose": Verb(
+        "find the gap, name the missing effect, show the gap shrink",
+        "diagnosis.diagnose:diagnose",
+        True,
+    ),
+}
+"""The verbs of the search for a missing effect."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -85,155 +133,111 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=__version__)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    whole = f"{', '.join(VERBS)}, one after the other"
-    for verb, (about, _, _) in {**VERBS, "all": (whole, None, None), **DIAGNOSIS}.items():
-        own = verbs.add_parser(verb, help=about, description=about)
-        own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
-        own.add_argument(
-            "--results",
-            type=_path,
-            default=Path("results"),
-            help="where results go (default: ./results)",
-        )
-        own.add_argument(
-            "--engine",
-            choices=("local", "slurm"),
-            default="local",
-            help="where runs are made (default: local)",
-        )
-        own.add_argument(
-            "--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)"
-        )
-        own.add_argument(
-            "--fresh", action="store_true", help="ignore the shipped database: run everything here"
-        )
-        own.add_argument(
-            "--verify-afresh",
-            action="store_true",
-            help="ignore shipped runs of verification and validation only",
-        )
-        if verb in ("check", *DIAGNOSIS):
-            own.add_argument(
-                "--lab",
-                type=_path,
-                metavar="FILE",
-                help="lab file to take instead of the case's own",
-            )
-        if verb in DIAGNOSIS:
-            own.add_argument(
-                "--yes",
-                action="store_true",
-                help="spend more core-hours than diagnosis.budget_core_hours",
-            )
+    whole = Verb(f"{', '.join(VERBS)}, one after the other", "")
+    for name, verb in {**VERBS, "all": whole, **DIAGNOSIS}.items():
+        own = verbs.add_parser(name, help=verb.about, description=verb.about)
+        _add_options(own, name)
     return parser
 
 
-def _do(options: argparse.Namespace) -> int:
+def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
+    own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
+    own.add_argument(
+        "--results",
+        type=_path,
+        default=Path("results"),
+        help="where results go (default: ./results)",
+    )
+    own.add_argument(
+        "--engine",
+        choices=("local", "slurm"),
+        default="local",
+        help="where runs are made (default: local)",
+    )
+    own.add_argument(
+        "--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)"
+    )
+    own.add_argument(
+        "--fresh", action="store_true", help="ignore the shipped database: run everything here"
+    )
+    own.add_argument(
+        "--verify-afresh",
+        action="store_true",
+        help="ignore shipped runs of verification and validation only",
+    )
+    own.add_argument(
+        "--json", action="store_true", help="print the outcome as JSON instead of words"
+    )
+    if verb in ("check", *DIAGNOSIS):
+        own.add_argument(
+            "--lab", type=_path, metavar="FILE", help="lab file to take instead of the case's own"
+        )
+    if verb in DIAGNOSIS:
+        own.add_argument(
+            "--yes",
+            action="store_true",
+            help="spend more core-hours than diagnosis.budget_core_hours",
+        )
+
+
+def _given(options: argparse.Namespace) -> tuple[str, ...]:
+    """The options that another verb on the same results needs as well."""
+    given = []
+    if options.results != Path("results"):
+        given += ["--results", str(options.results)]
+    if options.engine != "local":
+        given += ["--engine", options.engine]
+    if options.site is not None:
+        given += ["--site", str(options.site)]
+    flags = {"--fresh": options.fresh, "--verify-afresh": options.verify_afresh}
+    return (*given, *(flag for flag, on in flags.items() if on))
+
+
+def _workspace(options: argparse.Namespace) -> Workspace:
     # heavy imports only after the arguments are known to be good
     from calibrator.runs.workspace import Workspace
 
     case = read_case(options.case, options.site, getattr(options, "lab", None))
     if options.verify_afresh:
         case = case.without_shipped_verification()
-    space = Workspace(
-        case,
-        options.results / (case.name + ("_fresh" if options.fresh else "")),
-        options.fresh,
-        options.engine,
-    )
-    if options.verb in DIAGNOSIS:
-        _, load, describe = DIAGNOSIS[options.verb]
-        outcome = load()(space, options.yes)
-        say(f"{options.verb}: {describe(outcome)}")
-        if options.verb == "diagnose":
-            from calibrator.report.diagnosis import write_diagnosis
+    folder = options.results / (case.name + ("_fresh" if options.fresh else ""))
+    return Workspace(case, folder, options.fresh, options.engine, _given(options))
 
-            say(f"  report: {write_diagnosis(space, outcome)}")
-        return 0
+
+def _do(options: argparse.Namespace) -> int:
+    """Carry out what was asked for; returns the exit status."""
+    space = _workspace(options)
+    if options.verb in DIAGNOSIS:
+        return _diagnose(options, space)
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
-    good = True
+    outcomes, good = {}, True
     for verb in verbs:
-        _, load, describe = VERBS[verb]
-        outcome = load()(space)
-        say(f"{verb}: {describe(outcome)}")
+        outcomes[verb] = outcome = VERBS[verb](space)
+        if not options.json:
+            say(f"{verb}: " + "\n".join(outcome.lines()))
         # a missed validation is a finding, not a failure
-        good = good and (verb != "verify" or outcome["passed"])
-    if options.verb != "all" and verbs[0] != "report":
-        say(f"next: calibrator {list(VERBS)[list(VERBS).index(verbs[0]) + 1]} {options.case}")
+        good = good and (verb != "verify" or outcome.passed)
+    if options.json:
+        say_json(outcomes if options.verb == "all" else outcomes[options.verb])
+    elif options.verb != "all" and verbs[0] != "report":
+        after = list(VERBS)[list(VERBS).index(verbs[0]) + 1]
+        say(f"next: {space.command(after)}")
     return 0 if good else 1
 
 
-def _loaded(where: str, with_progress: bool = False) -> Callable[[], Callable[..., Outcome]]:
-    """Loader of the verb at "module:function": heavy imports only once the verb is called."""
+def _diagnose(options: argparse.Namespace, space: Workspace) -> int:
+    outcome = DIAGNOSIS[options.verb](space, options.yes)
+    if options.json:
+        say_json(outcome)
+    else:
+        say(f"{options.verb}: " + "\n".join(outcome.lines()))
+    if options.verb == "diagnose":
+        from calibrator.report.diagnosis import write_diagnosis
 
-    def load() -> Callable[..., Outcome]:
-        module, _, name = where.partition(":")
-        verb = getattr(importlib.import_module(f"calibrator.{module}"), name)
-        return (lambda space, *more: _alone(verb, space, *more)) if with_progress else verb
-
-    return load
-
-
-def _alone(verb: Callable[..., Outcome], space: Any, *more: Any) -> Outcome:
-    """A verb that makes runs: one at a time in a results folder."""
-    with space.runs.alone():
-        return verb(space, ProgressBar(sys.stderr), *more)
-
-
-VERBS: dict[str, tuple[str, Any, Any]] = {
-    "check": (
-        "find everything wrong with a case before a run is made",
-        _loaded("check:check_case"),
-        say_check,
-    ),
-    "plan": (
-        "write the yade-batch tables and predict the cost",
-        _loaded("plan.forecast:plan"),
-        say_plan,
-    ),
-    "run": ("carry out the plan on YADE; resumes", _loaded("plan.run:run_plan", True), say_runs),
-    "collect": (
-        "gather finished runs into the response database",
-        _loaded("plan.run:collect"),
-        say_runs,
-    ),
-    "calibrate": (
-        "interpolate, search the Pareto front, choose candidates",
-        _loaded("search.calibrate:calibrate"),
-        say_calibrate,
-    ),
-    "verify": (
-        "run YADE afresh at the candidates",
-        _loaded("verification.verify:verify", True),
-        say_verify,
-    ),
-    "validate": (
-        "predict measurements that were not used, on other set-ups",
-        _loaded("verification.verify:validate", True),
-        say_validate,
-    ),
-    "report": (
-        "write one self-contained page with figures and tables",
-        _loaded("report.page:write_report"),
-        say_report,
-    ),
-}
-
-DIAGNOSIS: dict[str, tuple[str, Any, Any]] = {
-    "preflight": (
-        (
-            "what these observables could say about a missing effect, and which further experiment"
-            " would help"
-        ),
-        _loaded("diagnosis.preflight:preflight", True),
-        say_preflight,
-    ),
-    "diagnose": (
-        "find the gap, name the missing effect, show the gap shrink",
-        _loaded("diagnosis.diagnose:diagnose", True),
-        say_diagnose,
-    ),
-}
+        page = write_diagnosis(space, outcome)
+        if not options.json:
+            say(f"  report: {page}")
+    return 0
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ Nothing is unpickled.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import stat
@@ -110,19 +111,31 @@ def read_arrays(path: Path, megabytes: float = 256) -> dict[str, np.ndarray]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file atomically: whoever looks finds the old file or the whole new one, and a link is
-    replaced, not followed.
+    """Write a text file atomically; see `write_bytes`."""
+    write_bytes(path, text.encode("utf-8", "backslashreplace"))  # a name may hold no UTF-8
+
+
+def write_bytes(path: Path, raw: bytes) -> None:
+    """Write a file atomically: whoever looks finds the old file or the whole new one.
+
+    A link is replaced, not followed.
     """
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     temporary.unlink(missing_ok=True)
     try:
-        number = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-        with open(number, "wb") as stream:
-            # a file name may hold bytes that are no UTF-8
-            stream.write(text.encode("utf-8", "backslashreplace"))
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        with open(os.open(temporary, flags, 0o666), "wb") as stream:
+            stream.write(raw)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def packed(arrays: dict[str, np.ndarray]) -> bytes:
+    """The bytes of an .npz file of these arrays, the same for equal arrays."""
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
+    return stream.getvalue()
 
 
 def own_folder(path: Path) -> Path:

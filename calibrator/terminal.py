@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from typing import Any
 
+from calibrator.case.codec import plain
 from calibrator.runs.batch import Progress
-from calibrator.runs.folder import RETRIED
 
-Outcome = dict[str, Any]
+Outcome = Any  # of the verbs that have no lines() of their own
 
 
 def say(text: str) -> None:
@@ -18,6 +19,11 @@ def say(text: str) -> None:
     """
     encoding = sys.stdout.encoding or "utf-8"
     print(text.encode(encoding, "backslashreplace").decode(encoding))
+
+
+def say_json(outcome: Any) -> None:
+    """Print an outcome as JSON, as it stands in summary.json."""
+    print(json.dumps(plain(outcome), indent=1, allow_nan=False))
 
 
 class ProgressBar:
@@ -47,109 +53,6 @@ class ProgressBar:
 
 def _minutes(seconds: float) -> str:
     return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
-
-
-def say_check(o: Outcome) -> str:
-    return "\n".join(
-        [
-            f"good; {o['runs']} runs, targets {', '.join(o['targets'])}",
-            *(f"  warning: {w}" for w in o["warnings"]),
-        ]
-    )
-
-
-def say_plan(o: Outcome) -> str:
-    lines = [
-        f"{o['runs']} runs, {o['finished']} finished; predicted {o['core_hours']:.2f} core-hours,"
-        f" {o['core_hours_left']:.2f} left"
-    ]
-    for name, s in o["setups"].items():
-        lines.append(
-            f"  {name}: {s['runs']} runs of {s['particles'][0]}-{s['particles'][1]} grains, "
-            f"{s['steps'][0]:,}-{s['steps'][1]:,} steps, "
-            f"{s['core_seconds_per_run'][0]:.0f}-{s['core_seconds_per_run'][1]:.0f} core-seconds"
-        )
-    return "\n".join(lines)
-
-
-def say_runs(o: Outcome) -> str:
-    text = f"{o['runs']} runs: " + ", ".join(f"{n} {kind}" for kind, n in o["statuses"].items())
-    if o.get("from_shipped_database"):
-        text += (
-            f"; {o['from_shipped_database']} of them come with the project (same content), use"
-            " --fresh to run them anew"
-        )
-    if o.get("missing"):
-        text += f"; {o['missing']} of the plan are still missing"
-    lines = [text, *(f"  {run_id} {why}" for run_id, why in o["failed"].items())]
-    if len(o["yade"]) > 1:
-        lines.append(
-            f"  made by YADE {', '.join(o['yade'])}: numbers of different versions may differ;"
-            " --fresh makes all runs anew"
-        )
-    if any(why.startswith(RETRIED) for why in o["failed"].values()):
-        lines.append(
-            "  failed runs are not tried again: for that, delete failures.json in the results"
-            " folder"
-        )
-    return "\n".join(lines)
-
-
-def say_calibrate(o: Outcome) -> str:
-    best = o["candidates"]["compromise"]
-    lines = [
-        f"front of {o['front_size']}; compromise: {_values(best['parameters'])}"
-        f" ({o['compromise_reason']})"
-    ]
-    lines += [f"  {sentence}" for sentence in o["reachability"]["sentences"]]
-    for p in o["identifiability"]["parameters"]:
-        truth = (
-            ""
-            if p["truth"] is None
-            else (
-                f"; the truth is {p['truth']:.4g}, the compromise"
-                f" {best['parameters'][p['name']]:.4g}"
-            )
-        )
-        lines.append(f"  {p['sentence']}{truth}")
-    return "\n".join(lines)
-
-
-def _values(values: dict[str, float]) -> str:
-    return ", ".join(f"{k} = {v:.4g}" for k, v in values.items())
-
-
-def say_verify(o: Outcome) -> str:
-    lines = [f"{label}: {_say_verdict(v)}" for label, v in o["candidates"].items()]
-    if not o["passed"]:
-        lines.append(
-            "  to go on: name a copy of database.csv as run.shipped and set plan.design ="
-            ' "adaptive" in the case; `calibrator run` then adds runs where they decide'
-        )
-    return "\n".join(lines)
-
-
-def say_validate(o: Outcome) -> str:
-    return "\n".join(
-        [_say_verdict(o), *(f"{label}: {_say_verdict(v)}" for label, v in o["candidates"].items())]
-    )
-
-
-def _say_verdict(o: Outcome) -> str:
-    shipped = (
-        f" ({o['from_shipped_database']} of its runs come with the project)"
-        if o.get("from_shipped_database")
-        else ""
-    )
-    lines = [f"{'passed' if o['passed'] else 'NOT passed'}, O1 = {o['o1']:.4f}{shipped}"]
-    for r in o["responses"]:
-        promise = "" if r["predicted"] is None else f", predicted {r['predicted']:.5g}"
-        lines.append(
-            f"  {r['key']}: target {r['target']:.5g}{promise}, simulated {r['simulated']:.5g} +-"
-            f" {r['standard_error']:.2g} ({r['relative_error']:+.1%}, band"
-            f" {r['band'] / abs(r['target']):.1%}): {'met' if r['passed'] else 'MISSED'}"
-        )
-    return "\n".join([*lines, *(f"  {run_id} {why}" for run_id, why in o["failed"].items())])
 
 
 def say_preflight(o: Outcome) -> str:
@@ -189,7 +92,3 @@ def say_diagnose(o: Outcome) -> str:
         f"\n  next: calibrator run {o['new_case']}" if o.get("new_case") else ""
     )
     return "\n".join([text, *(f"  note: {n}" for n in o.get("notes", []))])
-
-
-def say_report(o: Outcome) -> str:
-    return f"{o['page']}"

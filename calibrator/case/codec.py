@@ -1,7 +1,8 @@
 """Values from and to plain data: one codec for the tables of a case file and for what verbs note.
 
 A dataclass is read from, and written as, a table of its fields; its annotations say what may stand
-there. The same annotations give the JSON schema of what is written.
+there. The same annotations give the JSON schema of what is written. A class may name properties in
+DERIVED: they are written too, so that a script need not know how to compute them.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ def plain(value: Any) -> Any:
     outside an array: there, whoever makes the value says None.
     """
     if dataclasses.is_dataclass(value):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        names = [f.name for f in dataclasses.fields(value)]
+        return {name: plain(getattr(value, name)) for name in (*names, *_derived(type(value)))}
     if isinstance(value, np.ndarray):
         return _listed(value.tolist())
     if isinstance(value, Mapping):
@@ -42,6 +44,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError(f"{value} is no number in JSON")
     return str(value) if isinstance(value, Path) else value
+
+
+def _derived(cls: type) -> tuple[str, ...]:
+    """Properties that are written beside the fields, for scripts, and not read back: DERIVED."""
+    return getattr(cls, "DERIVED", ())
 
 
 def _listed(value: Any) -> Any:
@@ -64,10 +71,11 @@ def build(cls: type[T], table: Any, where: str) -> T:
     """
     if not isinstance(table, dict):
         raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
-    kinds = _kinds(cls)
+    kinds: dict[str, Any] = _kinds(cls)  # type: ignore[arg-type]
     values = {
         key: typed(f"{where}.{key}", kinds[known(key, kinds, f"key in [{where}]")], value)
         for key, value in table.items()
+        if key not in _derived(cls)
     }
     try:
         return cls(**values)
@@ -161,7 +169,9 @@ def schema_of(kind: Any) -> dict[str, Any]:
     """JSON schema (draft 2020-12) of what `plain` writes for a value of this type."""
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
     if dataclasses.is_dataclass(kind):
-        kinds = _kinds(kind)  # type: ignore[arg-type]
+        kinds = dict(_kinds(kind))  # type: ignore[arg-type]
+        for name in _derived(kind):  # type: ignore[arg-type]
+            kinds[name] = typing.get_type_hints(getattr(kind, name).fget)["return"]
         return {
             "type": "object",
             "description": " ".join((kind.__doc__ or "").split()),

@@ -75,7 +75,7 @@ class Observable:
         return f"{self.experiment}.{self.response}"
 
     def target(self) -> Target:
-        """As a target, whose value cannot be zero because its errors are relative."""
+        """As a target of a calibration."""
         return Target(self.setup, self.response, self.value, self.scatter, self.replicates)
 
 

@@ -24,6 +24,8 @@ of a float.
 
 
 WIDEST_LOG_SCALE = 1e12
+USUAL_TOLERANCE = 0.03  # relative error at which a target counts as met unless the case says so
+NEAR_ZERO = 10.0  # standard errors: a measured value closer to zero than that is near it
 
 
 def known(name: str, names: Iterable[str], what: str) -> str:
@@ -140,7 +142,7 @@ class Target:
 
     value and scatter (standard deviation of one replicate) are in the response's unit; replicates
     is how many measurements the value averages; tolerance is the relative error at which the target
-    counts as met.
+    counts as met; weight is its share of the objective O1.
     """
 
     setup: str
@@ -149,7 +151,7 @@ class Target:
     scatter: float = 0.0
     replicates: int = 1
     weight: float = 1.0
-    tolerance: float = 0.03
+    tolerance: float = USUAL_TOLERANCE
 
     def __post_init__(self) -> None:
         known(self.setup, SETUPS, "set-up")
@@ -159,16 +161,18 @@ class Target:
                 f"{self.setup} does not measure {self.response}: use"
                 f" {' or '.join(RESPONSES[self.response].setups)}"
             )
-        if not SMALLEST <= abs(self.value) <= LARGEST:
-            raise CalibratorError(
-                f"target {self.key} = {self.value}: give a finite value other than zero"
-            )
+        if not (self.value == 0 or SMALLEST <= abs(self.value) <= LARGEST):
+            raise CalibratorError(f"target {self.key} = {self.value}: give a finite value")
         for name, most in (("scatter", LARGEST), ("weight", 1e6), ("tolerance", 1e6)):
             if not 0 <= getattr(self, name) <= most:
                 raise CalibratorError(
                     f"target {self.key}: {name} = {getattr(self, name)}; give zero or a positive"
                     f" number, at most {most:g}"
                 )
+        if self.scatter == 0 and self.value == 0:
+            raise CalibratorError(
+                f"target {self.key} is zero: give its scatter, as a share of zero says nothing"
+            )
         if self.scatter == 0 and self.tolerance == 0:
             raise CalibratorError(
                 f"target {self.key} has neither scatter nor tolerance: give at least one of them"
@@ -185,8 +189,20 @@ class Target:
 
     @property
     def standard_error(self) -> float:
-        """Standard error of the measured mean."""
+        """Standard error of the measured mean; 0 where the scatter is not known."""
         return self.scatter / math.sqrt(self.replicates)
+
+    @property
+    def scale(self) -> float:
+        """Size that relative errors refer to, in the response's unit, above zero.
+
+        It is |value|, as in Eq. (3) of the reference paper. Within NEAR_ZERO standard errors of
+        zero a share of the value says nothing; there it is the size whose tolerance is two standard
+        errors of the measurement.
+        """
+        if abs(self.value) >= NEAR_ZERO * self.standard_error:
+            return abs(self.value)
+        return 2 * self.standard_error / (self.tolerance or USUAL_TOLERANCE)
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,9 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
             'name is missing or not a plain word: add name = "my_sand" (at most 64 of A-Z, a-z, 0-9'
             " and _)"
         )
-    settings = {key: build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables}
+    settings: dict[str, Any] = {
+        key: build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables
+    }
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
     about = typed("about", str, tables.get("about", ""))
     measured = lab or _measured(tables, path)

@@ -14,13 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from calibrator.case.problem import Problem, Target
 from calibrator.responses.box import box_sample, refined
 from calibrator.responses.fit import fit_responses
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.objectives import OBJECTIVES
+from calibrator.responses.targets import bands, chances, log_within, met
 
 SAMPLE = 2**12  # points of the box that are looked at before the best is refined
 
@@ -158,52 +158,6 @@ def _distance(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.nd
     return np.abs((points - wanted) / (problem.high - problem.low)).max(axis=1)
 
 
-def chances(
-    targets: Sequence[Target],
-    mean: np.ndarray,
-    error: np.ndarray,
-    noise: np.ndarray,
-    replicates: int,
-) -> np.ndarray:
-    """Logarithm (k,) of the probability that the mean of so many runs falls within every target's
-    band.
-
-    mean, error : (k, t) prediction and its standard deviation; noise : (t,) of one run. The
-    responses are taken as independent, and the weight of a target as one.
-    """
-    return log_within(
-        targets,
-        mean,
-        np.hypot(error, noise / math.sqrt(replicates)),
-        bands(targets, noise, replicates),
-    )
-
-
-def log_within(
-    targets: Sequence[Target], mean: np.ndarray, spread: np.ndarray, band: np.ndarray
-) -> np.ndarray:
-    """Logarithm (k,) of the probability that normal values of mean and spread (k, t) all lie within
-    the bands (t,).
-    """
-    offset = np.abs(mean - np.array([t.value for t in targets]))
-    spread = np.maximum(spread, 1e-300)
-    # log(Phi(b) - Phi(a)) on the lower tail, where neither term rounds to one
-    upper, lower = log_ndtr((band - offset) / spread), log_ndtr((-band - offset) / spread)
-    return (upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-300)))).sum(axis=1)
-
-
-def bands(targets: Sequence[Target], noise: np.ndarray, replicates: int) -> np.ndarray:
-    """Half widths (t,): the tolerance, or two standard errors of the mean of so many runs where
-    that is more.
-    """
-    return np.array(
-        [
-            max(t.tolerance * abs(t.value), 2 * n / math.sqrt(replicates))
-            for t, n in zip(targets, noise, strict=True)
-        ]
-    )
-
-
 def assurance(
     problem: Problem, interpolant: Interpolant, point: np.ndarray, replicates: int
 ) -> float:
@@ -219,14 +173,13 @@ def assurance(
 
 
 def is_met(targets: Sequence[Target], values: np.ndarray, noise: np.ndarray) -> bool:
-    """Whether the means of the runs (n, t) at one set lie within every band; a response that none
-    has counts as missed.
+    """Whether the means of the runs (n, t) at one set meet every target.
+
+    A response that no run has counts as missed.
     """
     if np.isnan(values).all(axis=0).any():
         return False
-    mean = np.nanmean(values, axis=0)
-    target = np.array([t.value for t in targets])
-    return bool((np.abs(mean - target) <= bands(targets, noise, len(values))).all())
+    return bool(met(targets, np.nanmean(values, axis=0), noise, len(values)).all())
 
 
 def most_likely(
@@ -278,22 +231,20 @@ def least_bad(
     best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
     off = interpolant.predict(best[None])[0] - values
     worst = int(np.argmax(np.abs(off) / band))
+    target = problem.targets[worst]
     return (
         best,
-        (
-            f"{problem.targets[worst].key} stays {off[worst] / values[worst]:+.1%} off at the least"
-            " bad set"
-        ),
+        (f"{target.key} stays {off[worst] / target.scale:+.1%} off at the least bad set"),
     )
 
 
 def shortfall(problem: Problem, interpolant: Interpolant) -> float:
-    """How many standard errors of the processes the worst target stays outside its tolerance, at
-    the best set of a sample.
+    """How many standard errors of the processes the worst target stays outside its band.
+
+    At the best set of a sample, and as if runs had no seed noise.
     """
     sample = box_sample(problem.low, problem.high, SAMPLE, np.random.default_rng(2))
     mean, error = interpolant.predict_with_error(sample)
-    outside = np.abs(mean - [t.value for t in problem.targets]) - [
-        t.tolerance * abs(t.value) for t in problem.targets
-    ]
+    band = bands(problem.targets, np.zeros(mean.shape[1]), 1)
+    outside = np.abs(mean - [t.value for t in problem.targets]) - band
     return float((outside / np.maximum(error, 1e-300)).max(axis=1).min())

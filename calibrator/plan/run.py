@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from calibrator.errors import CalibratorError
 from calibrator.files import parse_json, read_text, write_text
 from calibrator.plan.adaptive import Proposal, propose
 from calibrator.plan.adaptive import Settings as AdaptiveSettings
+from calibrator.plan.outcome import Collection, rests_on
 from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
 from calibrator.plan.seeds import PROPOSED_SEED
 from calibrator.responses.table import response_table
@@ -32,7 +33,7 @@ from calibrator.runs.workspace import (
 )
 
 
-def run_plan(space: Workspace, report: Report = silent) -> dict[str, Any]:
+def run_plan(space: Workspace, report: Report = silent) -> Collection:
     """Carry out the plan, with one substitute for each clogged run.
 
     Resumes; never repeats a finished run.
@@ -42,17 +43,12 @@ def run_plan(space: Workspace, report: Report = silent) -> dict[str, Any]:
     requests = plan_requests(space.case)
     _within_budget(space, requests)
     records = carry_out(space, requests, report)
-    records = records + carry_out(space, substitutes(records), report)
-    return space.note(
-        "run",
-        {"runs": len(records), "from_shipped_database": _shipped_runs(space), **counts(records)},
-    )
+    carry_out(space, substitutes(records), report)
+    return space.note("run", _collected(space, database_records(space)))
 
 
-def _run_adaptively(space: Workspace, report: Report) -> dict[str, Any]:
-    """Start with the plan's first sets, unless the database has as many, then run what
-    `adaptive.propose` asks for.
-    """
+def _run_adaptively(space: Workspace, report: Report) -> Collection:
+    """Start with the plan's first sets, unless the database has as many, then run proposals."""
     case, settings = space.case, _adaptive_settings(space.case)
     first = plan_requests(case)
     if len(_parameter_sets(case, database_records(space))[0]) < len(first):
@@ -79,15 +75,23 @@ def _run_adaptively(space: Workspace, report: Report) -> dict[str, Any]:
         note_proposal(space, proposal, requests)
         carry_out(space, requests, report)
     recommended = dict(zip(case.problem.names, map(float, proposal.recommended), strict=True))
-    outcome = {"ended": proposal.kind, "sentence": proposal.sentence, "recommended": recommended}
-    return space.note(
-        "run",
-        {
-            "runs": len(records),
-            "from_shipped_database": _shipped_runs(space),
-            **outcome,
-            **counts(records),
-        },
+    found = dataclasses.replace(
+        _collected(space, records),
+        ended=proposal.kind,
+        sentence=proposal.sentence,
+        recommended=recommended,
+    )
+    return space.note("run", found)
+
+
+def _collected(space: Workspace, records: Sequence[Record]) -> Collection:
+    """The database's finished runs as an outcome."""
+    return Collection(
+        runs=len(records),
+        from_shipped_database=_shipped_runs(space),
+        missing=len(without(plan_requests(space.case), records)),
+        fingerprint=rests_on(space.case, records),
+        **counts(records),
     )
 
 
@@ -198,17 +202,16 @@ def database_records(space: Workspace) -> list[Record]:
     return records + space.finished(substitutes(records))
 
 
-def collect(space: Workspace) -> dict[str, Any]:
+def collect(space: Workspace) -> Collection:
     """Gather the finished runs of the plan into database.csv, and their timings into timings.csv."""
     records = database_records(space)
     if not records:
         raise CalibratorError(
-            f"no finished run in {space.path}: run `calibrator run {space.case.path}` first"
+            f"no finished run in {space.path}: run `{space.command('run')}` first"
         )
     Database(records).write(space.folder() / "database.csv", made_by(space, "run"))
     _write_timings(space.folder() / "timings.csv", records)
-    missing = len(without(plan_requests(space.case), records))
-    return space.note("collect", {"runs": len(records), "missing": missing, **counts(records)})
+    return space.note("collect", _collected(space, records))
 
 
 def _write_timings(path: Path, records: Sequence[Record]) -> None:
@@ -237,15 +240,15 @@ def _write_timings(path: Path, records: Sequence[Record]) -> None:
 
 
 def confirmed_set(space: Workspace) -> np.ndarray | None:
-    """The set (d,) that an adaptive design has confirmed;
+    """The set (d,) that an adaptive design has confirmed.
 
-    None for any other design, and where it ended without one.
+    None for any other design, where it has not been run, and where it ended without one. Raises
+    CalibratorError where it was confirmed for other targets, bounds or runs than those of now.
     """
-    outcome = space.summary().get("run", {})
-    if space.case.plan.design != "adaptive" or outcome.get("ended") != "confirmed":
+    if space.case.plan.design != "adaptive" or space.outcome("run", Collection) is None:
         return None
-    if outcome["recommended"].keys() != set(space.case.problem.names):
-        raise CalibratorError(
-            f"the case has changed since run: run `calibrator run {space.case.path}` again"
-        )
-    return np.array([outcome["recommended"][n] for n in space.case.problem.names])
+    now = rests_on(space.case, database_records(space))
+    found = space.current("run", Collection, now)
+    if found.ended != "confirmed":
+        return None
+    return np.array([found.recommended[n] for n in space.case.problem.names])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from calibrator.case.problem import Target
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.report.calibration import spoken
@@ -23,6 +20,7 @@ from calibrator.report.words import (
     words,
 )
 from calibrator.responses.objectives import OBJECTIVES
+from calibrator.search.outcome import COMPROMISE, Candidate
 
 # What was asked, and the answer
 
@@ -77,22 +75,11 @@ def _target_row(target: Target, role: str) -> list[str]:
 
 
 def _warnings(findings: Findings) -> list[str]:
-    """What must not be overlooked: unreachable targets, and predictions that no longer belong to
-    the database.
-    """
-    reach = findings.calibration["reachability"]
-    alarms = []
-    if not reach["all"]:
-        missed = [s for s in reach["sentences"] if "cannot" in s]
-        alarms.append(
-            "The targets are out of reach. " + " ".join(spoken(findings, s) for s in missed)
-        )
-    if findings.stale:
-        alarms.append(
-            "The database has changed since the calibration: run `calibrator calibrate` again"
-            " before using this page."
-        )
-    return [paragraph(text(alarm), "alarm") for alarm in alarms]
+    """What must not be overlooked: targets out of reach."""
+    if not (alarms := findings.calibration.reachability.alarms):
+        return []
+    said = " ".join(spoken(findings, s) for s in alarms)
+    return [paragraph(text(f"The targets are out of reach. {said}"), "alarm")]
 
 
 def _sentences(findings: Findings) -> str:
@@ -103,10 +90,10 @@ def _sentences(findings: Findings) -> str:
 
 
 def _said_values(findings: Findings) -> str:
-    chosen = findings.candidates["compromise"]["parameters"]
+    chosen = findings.calibration.compromise.parameters
     said = []
-    for profile in findings.calibration["identifiability"]["parameters"]:
-        quantity, (low, high) = PARAMETERS[profile["name"]], profile["interval_95"]
+    for profile in findings.calibration.identifiability.parameters:
+        quantity, (low, high) = PARAMETERS[profile.name], profile.interval_95
         said.append(
             f"<b>{text(words(quantity.name))} {text(amount(chosen[quantity.name], quantity))}</b> "
             f"(95 %: {number(low, 3)} to {number(high, 3)})"
@@ -115,18 +102,23 @@ def _said_values(findings: Findings) -> str:
 
 
 def _said_verified(findings: Findings) -> str:
-    outcome = findings.outcome("verify")
+    outcome = findings.verification
     if outcome is None:
         return (
             "This is a promise of the interpolant, <b>not verified yet</b>: run"
             f" {findings.command('verify')}."
         )
-    rows = outcome["candidates"]["compromise"]["responses"]
-    missed = [key_words(r["key"]) for r in rows if not r["passed"]]
-    if not rows:
-        return "The verification <b>failed</b>: no fresh run of the compromise was good."
-    if outcome["passed"]:
-        return f"<b>Verified:</b> the mean of {rows[0]['runs']} fresh YADE runs meets every target."
+    verdict = outcome.candidates[COMPROMISE]
+    runs = f"{verdict.good} of {verdict.total} fresh YADE runs"
+    if not verdict.good:
+        return f"<b>Not verified:</b> no fresh run was good ({text(verdict.endings)})."
+    if outcome.passed:
+        which = f"{verdict.total} fresh YADE runs" if verdict.good == verdict.total else runs
+        return f"<b>Verified:</b> the mean of {which} meets every target."
+    missed = [
+        key_words(key) + (" (not measured)" if key in verdict.unmeasured else "")
+        for key in verdict.missed
+    ]
     more = (
         "An adaptive design that starts from a copy of database.csv (run.shipped) adds runs where"
         " they decide."
@@ -135,8 +127,8 @@ def _said_verified(findings: Findings) -> str:
 
 
 def _said_pinned(findings: Findings) -> str:
-    profiles = findings.calibration["identifiability"]["parameters"]
-    loose = [words(p["name"]) for p in profiles if not p["pinned"]]
+    profiles = findings.calibration.identifiability.parameters
+    loose = [words(p.name) for p in profiles if not p.pinned]
     if not loose:
         return "The measurements pin down every parameter."
     return (
@@ -149,13 +141,7 @@ def _said_outside(findings: Findings) -> str:
     """Which parameters of the compromise the measurements would refuse: it may trade agreement for
     computing time.
     """
-    chosen = findings.candidates["compromise"]["parameters"]
-    profiles = findings.calibration["identifiability"]["parameters"]
-    outside = [
-        p["name"]
-        for p in profiles
-        if not p["interval_95"][0] <= chosen[p["name"]] <= p["interval_95"][1]
-    ]
+    outside = findings.calibration.outside
     names = text(listed([words(name) for name in outside]))
     return (
         f"To save computing time the compromise leaves the 95 % interval of {names}."
@@ -166,11 +152,11 @@ def _said_outside(findings: Findings) -> str:
 
 def _said_truth(findings: Findings) -> str:
     """How far the compromise is from the parameters behind a synthetic lab; empty for a real one."""
-    chosen = findings.candidates["compromise"]["parameters"]
+    chosen = findings.calibration.compromise.parameters
     off = [
-        f"{words(p['name'])} {percent(chosen[p['name']] / p['truth'] - 1, digits=1)}"
-        for p in findings.calibration["identifiability"]["parameters"]
-        if p["truth"]
+        f"{words(p.name)} {percent(chosen[p.name] / p.truth - 1, digits=1)}"
+        for p in findings.calibration.identifiability.parameters
+        if p.truth
     ]
     return (
         "The lab is synthetic; from the truth behind it the compromise is off by"
@@ -181,24 +167,20 @@ def _said_truth(findings: Findings) -> str:
 
 
 def _parameters_table(findings: Findings) -> str:
-    problem, chosen = findings.space.case.problem, findings.candidates["compromise"]["parameters"]
-    truth_known = any(
-        p["truth"] is not None for p in findings.calibration["identifiability"]["parameters"]
-    )
+    chosen = findings.calibration.compromise.parameters
+    profiles = findings.calibration.identifiability.parameters
+    truth_known = any(p.truth is not None for p in profiles)
     rows = []
-    for parameter, profile in zip(
-        problem.parameters, findings.calibration["identifiability"]["parameters"], strict=True
-    ):
-        quantity = PARAMETERS[parameter.name]
+    for profile in profiles:
         row = [
-            text(words(parameter.name)) + in_unit(quantity),
-            number(chosen[parameter.name]),
-            _range(*profile["interval_95"]),
-            number(profile["best"]),
-            _range(parameter.low, parameter.high),
-            mark(profile["pinned"], "yes", "no"),
+            text(words(profile.name)) + in_unit(PARAMETERS[profile.name]),
+            number(chosen[profile.name]),
+            _range(*profile.interval_95),
+            number(profile.best),
+            _range(profile.low, profile.high),
+            mark(profile.pinned, "yes", "no"),
         ]
-        rows.append(row + [number(profile["truth"])] * truth_known)
+        rows.append(row + [number(profile.truth)] * truth_known)
     head = ["parameter", "compromise", "95 % interval", "best fit", "searched", "pinned down"] + [
         "truth"
     ] * truth_known
@@ -213,7 +195,7 @@ def _range(low: float, high: float) -> str:
 
 def _reason(findings: Findings) -> str:
     return (
-        f"How the compromise was chosen: {findings.calibration['compromise_reason']}. Intervals"
+        f"How the compromise was chosen: {findings.calibration.compromise_reason}. Intervals"
         " come from the profile likelihood; one that ends where the search ended is set by the"
         " bounds, not by the measurements. The best fit ignores the computing time."
     )
@@ -228,7 +210,7 @@ def candidates_table(findings: Findings, album: Album) -> str:
     rows = [
         [
             text(words(n)) + in_unit(PARAMETERS[n]),
-            *(number(c["parameters"][n]) for c in found.values()),
+            *(number(c.parameters[n]) for c in found.values()),
         ]
         for n in problem.names
     ]
@@ -236,12 +218,12 @@ def candidates_table(findings: Findings, album: Album) -> str:
         [f"error of {text(key_words(t.key))}", *(_promised_error(t, c) for c in found.values())]
         for t in problem.targets
     ]
-    for name in found["compromise"]["objectives"]:
+    for name in findings.calibration.compromise.objectives:
         symbol = OBJECTIVES[name].symbol
         rows.append(
             [
                 f"{text(symbol)} ({text(words(name))})",
-                *(number(c["objectives"][name]) for c in found.values()),
+                *(number(c.objectives[name]) for c in found.values()),
             ]
         )
     caption = (
@@ -254,7 +236,7 @@ def candidates_table(findings: Findings, album: Album) -> str:
     )
 
 
-def _promised_error(target: Target, candidate: Mapping[str, Any]) -> str:
-    promised, size = candidate["predicted"][target.key], abs(target.value)
-    error = percent((promised["mean"] - target.value) / size).removesuffix("\u00a0%")
-    return f"{error} ± {100 * promised['error'] / size:.2f} %"
+def _promised_error(target: Target, candidate: Candidate) -> str:
+    promised = candidate.predicted[target.key]
+    error = percent((promised.mean - target.value) / target.scale).removesuffix("\u00a0%")
+    return f"{error} ± {100 * promised.error / target.scale:.2f} %"

@@ -44,7 +44,7 @@ def calibration(findings: Findings, album: Album) -> str:
         _sensitivity(findings, album),
         *(
             paragraph(text(spoken(findings, s)), "small")
-            for s in findings.calibration["reachability"]["sentences"]
+            for s in findings.calibration.reachability.sentences
         ),
     )
 
@@ -53,7 +53,7 @@ def _said_database(findings: Findings) -> str:
     good = sum(r.status == "ok" for r in findings.records)
     noise = ", ".join(
         f"{key_words(k)} {amount(v, response(k), 2)}"
-        for k, v in findings.calibration["seed_noise"].items()
+        for k, v in findings.calibration.seed_noise.items()
     )
     return (
         f"The interpolant rests on {good} good runs at {len(_means(findings)[0])} parameter sets. "
@@ -76,13 +76,14 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     problem, column = findings.space.case.problem, findings.interpolant.responses.index(key)
     index = [t.key for t in problem.targets].index(key)
     target = problem.targets[index]
-    noise = dict(zip(findings.interpolant.responses, findings.interpolant.noise, strict=True))
-    band = float(bands(problem, noise)[index])
+    noise = np.array([findings.interpolant.noise[column]])
+    replicates = findings.space.case.verify.replicates
+    band = float(bands([target], noise, replicates)[0])
     panels = [_slice(findings, column, i) for i in range(len(problem.names))]
     caption = (
         f"{key_words(key).capitalize()} along each parameter, the others at the compromise. The"
-        " band around the target is the tolerance or twice the seed noise, whichever is larger;"
-        " bars are one standard error of the mean."
+        f" band is that within which the mean of {replicates} fresh runs meets the target; bars are"
+        " one standard error of the mean."
     )
     label = axis_label(response(key))
     return album.figure(
@@ -129,31 +130,28 @@ def _parity(findings: Findings, album: Album) -> str:
 
 
 def _front(findings: Findings, album: Album) -> str:
-    front = findings.fronts[0]
-    if len(front.names) < 2:
+    traces, objectives = findings.traces, findings.space.case.search.objectives[:2]
+    if len(objectives) < 2:
         return note("The search had a single objective: there is no front to draw.")
-    names = [f"{OBJECTIVES[n].symbol}: {OBJECTIVES[n].about}" for n in front.names[:2]]
+    names = [f"{OBJECTIVES[n].symbol}: {OBJECTIVES[n].about}" for n in objectives]
     marks = {
-        label: [c["objectives"][n] for n in front.names[:2]]
-        for label, c in findings.candidates.items()
+        label: [c.objectives[n] for n in objectives] for label, c in findings.candidates.items()
     }
-    axes = [f"{OBJECTIVES[n].symbol} ({words(n)})" for n in front.names[:2]]
+    axes = [f"{OBJECTIVES[n].symbol} ({words(n)})" for n in objectives]
     caption = (
         f"The population of the genetic algorithm on its way to the Pareto front. {names[0]};"
         f" {names[1]}."
     )
-    snapshots = {
-        generation: objectives[:, :2] for generation, (_, objectives) in front.snapshots.items()
-    }
+    snapshots = {generation: found[:, :2] for generation, found in traces.snapshots.items()}
     return album.figure(
         "front_evolution",
         caption,
-        lambda: figures.front_evolution(snapshots, front.objectives[:, :2], axes, marks),
+        lambda: figures.front_evolution(snapshots, traces.objectives[:, :2], axes, marks),
     )
 
 
 def _distance(findings: Findings, album: Album) -> str:
-    curves = [np.array(curve) for curve in findings.calibration["generational_distance"]]
+    curves = [np.array(curve) for curve in findings.calibration.generational_distance]
     caption = (
         f"Mean generational distance to the final front in {len(curves)} searches with different"
         " seeds."
@@ -164,17 +162,17 @@ def _distance(findings: Findings, album: Album) -> str:
 
 
 def _likelihood(findings: Findings, album: Album) -> str:
-    chosen = findings.candidates["compromise"]["parameters"]
+    chosen = findings.calibration.compromise.parameters
     found = [
         figures.Profile(
-            axis_label(PARAMETERS[p["name"]]),
-            np.array(p["positions"]),
-            np.array(p["chi2"]),
-            tuple(p["interval_95"]),
-            chosen[p["name"]],
-            p["truth"],
+            axis_label(PARAMETERS[p.name]),
+            p.positions,
+            p.chi2,
+            p.interval_95,
+            chosen[p.name],
+            p.truth,
         )
-        for p in findings.calibration["identifiability"]["parameters"]
+        for p in findings.calibration.identifiability.parameters
     ]
     caption = (
         "Profile likelihood: how much worse the targets are met when one parameter is held and the"
@@ -185,7 +183,7 @@ def _likelihood(findings: Findings, album: Album) -> str:
 
 
 def _ridge(findings: Findings, album: Album) -> str:
-    problem, found = findings.space.case.problem, findings.calibration["identifiability"]
+    problem, found = findings.space.case.problem, findings.calibration.identifiability
     caption = (
         "Parameter sets that the measurements accept, seen along every pair of parameters: each"
         " cloud is as wide as one parameter is free where the other is known, and a slanted band is"
@@ -198,23 +196,20 @@ def _ridge(findings: Findings, album: Album) -> str:
     return album.figure(
         "ridge",
         caption,
-        lambda: figures.ridge(np.array(found["accepted"]), bounds, labels, findings.compromise),
+        lambda: figures.ridge(found.accepted, bounds, labels, findings.compromise),
     )
 
 
 def _sensitivity(findings: Findings, album: Album) -> str:
-    found = findings.calibration["sensitivity"]
-    kinds = {"alone": "first", "with all interactions": "total"}
+    found = findings.calibration.sensitivity
     indices = {
-        kind: (np.array(found[k]), np.array(found[f"{k}_error"])) for kind, k in kinds.items()
+        "alone": (found.first, found.first_error),
+        "with all interactions": (found.total, found.total_error),
     }
     caption = (
         "What each parameter does over the whole box: Sobol indices of the interpolated responses."
         " Lines are 95 % intervals, from the finite sample and, for Gaussian processes, from"
         " leaving parts of the database out."
     )
-    labels, names = (
-        [key_words(k) for k in found["responses"]],
-        [words(n) for n in found["parameters"]],
-    )
+    labels, names = [key_words(k) for k in found.responses], [words(n) for n in found.parameters]
     return album.figure("sensitivity", caption, lambda: figures.sensitivity(indices, labels, names))

@@ -1,116 +1,122 @@
-"""What a report draws on: the outcomes of the verbs, the runs, and what is computed from them anew."""
+"""What a report draws on: the outcomes of the verbs, and the runs behind them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from calibrator.case.fingerprint import Fingerprint
+from calibrator.case.settings import Replicates
 from calibrator.errors import CalibratorError
 from calibrator.files import read_arrays
+from calibrator.plan.outcome import Collection
 from calibrator.plan.run import database_records
 from calibrator.report.html import paragraph
 from calibrator.report.words import text
 from calibrator.responses.fit import fit
-from calibrator.responses.interpolant import Interpolant
+from calibrator.responses.interpolant import Interpolant, Learnt
 from calibrator.runs.record import Record
-from calibrator.runs.workspace import Workspace, for_new_seeds
-from calibrator.search.calibrate import search_fronts
-from calibrator.search.nsga2 import SearchResult
-from calibrator.verification.verify import validation_requests, verification_requests
-
-STALE = 1e-6  # relative difference of a prediction that rounding cannot explain
+from calibrator.runs.workspace import Outcome, Workspace, for_new_seeds
+from calibrator.search.outcome import (
+    Calibration,
+    Candidate,
+    Traces,
+    current_calibration,
+    read_traces,
+)
+from calibrator.verification.outcome import Validation, Verification
+from calibrator.verification.verify import (
+    Requests,
+    validation_requests,
+    validation_rests_on,
+    verification_requests,
+    verification_rests_on,
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """All that the sections draw on: the workspace, its summary, the runs of the plan, and what is
-    computed from them.
+    """All that the sections draw on: what the verbs noted, and the runs behind it.
+
+    Attributes
+    ----------
+    records : the database's runs; verified, validated : fresh runs by candidate.
+    interpolant : as the calibration learnt it; traces : the front and the populations.
+    verification, validation : None where the verb has not been called.
     """
 
     space: Workspace
-    summary: dict[str, Any]
+    calibration: Calibration
+    traces: Traces
+    interpolant: Interpolant
     records: list[Record]
+    collection: Collection | None
+    verification: Verification | None
+    validation: Validation | None
     verified: dict[str, list[Record]]
     validated: dict[str, list[Record]]
-    interpolant: Interpolant
-    fronts: list[SearchResult]
 
     @classmethod
     def of(cls, space: Workspace) -> Findings:
-        """Gather the runs and repeat interpolation and search."""
-        space.outcome("calibrate")
-        case = space.case
-        records = database_records(space)
-        interpolant = fit(case, records)
+        """Read what the verbs noted.
+
+        Raises CalibratorError, with the command to run, where the calibration is missing or where
+        any outcome rests on something that has changed since.
+        """
+        case, records = space.case, database_records(space)
+        calibration = current_calibration(space, records)
+        traces = read_traces(space, calibration)
+        verified = _done(space, case.verify, verification_requests(space, calibration))
+        validated = _done(space, case.validate, validation_requests(space, calibration))
         return cls(
             space,
-            space.summary(),
+            calibration,
+            traces,
+            fit(case, records, Learnt(traces.kernels, traces.noise)),
             records,
-            {
-                k: for_new_seeds(space, case.verify).finished(own)
-                for k, own in verification_requests(space).items()
-            },
-            {
-                k: for_new_seeds(space, case.validate).finished(own)
-                for k, own in validation_requests(space).items()
-            },
-            interpolant,
-            search_fronts(case, interpolant),
+            space.outcome("run", Collection),
+            _noted(
+                space,
+                "verify",
+                Verification,
+                verification_rests_on(space, calibration, verified),
+            ),
+            _noted(
+                space,
+                "validate",
+                Validation,
+                validation_rests_on(space, calibration, validated),
+            ),
+            verified,
+            validated,
         )
 
     @property
-    def calibration(self) -> dict[str, Any]:
-        """Outcome of the verb calibrate."""
-        return self.summary["calibrate"]
-
-    @property
-    def candidates(self) -> dict[str, dict[str, Any]]:
+    def candidates(self) -> dict[str, Candidate]:
         """The compromise, then the individuals in order along the front."""
-        found = self.calibration["candidates"]
-        return {
-            "compromise": found["compromise"],
-            **{k: v for k, v in found.items() if k != "compromise"},
-        }
+        return self.calibration.ordered
 
     @property
     def compromise(self) -> np.ndarray:
         """Parameter set (d,) of the compromise."""
-        chosen = self.candidates["compromise"]["parameters"]
-        return np.array([chosen[name] for name in self.space.case.problem.names])
-
-    @property
-    def stale(self) -> bool:
-        """Whether the database has changed since `calibrate` wrote its predictions."""
-        stored = [
-            self.candidates["compromise"]["predicted"][key]["mean"]
-            for key in self.interpolant.responses
-        ]
-        return not np.allclose(
-            self.interpolant.predict(self.compromise[None])[0], stored, rtol=STALE, atol=0
-        )
-
-    def outcome(self, verb: str) -> dict[str, Any] | None:
-        """Outcome of verify (of the compromise) or validate;
-
-        None where its runs are not those of the present compromise.
-        """
-        found = self.summary.get(verb)
-        runs = (self.validated if verb == "validate" else self.verified).get("compromise", [])
-        counts = (
-            {}
-            if found is None
-            else found["candidates"]["compromise"]
-            if verb == "verify"
-            else found
-        )
-        return found if found and sum(counts["statuses"].values()) == len(runs) > 0 else None
+        return self.calibration.compromise.point(self.space.case.problem.names)
 
     def command(self, verb: str) -> str:
         """The command that does a step, as HTML."""
-        return f"<code>{text(f'calibrator {verb} {self.space.case.path}')}</code>"
+        return f"<code>{text(self.space.command(verb))}</code>"
+
+
+def _done(space: Workspace, settings: Replicates, requests: Requests) -> dict[str, list[Record]]:
+    """The finished fresh runs by candidate."""
+    afresh = for_new_seeds(space, settings)
+    return {label: afresh.finished(own) for label, own in requests.items()}
+
+
+def _noted(space: Workspace, verb: str, cls: type[Outcome], now: Fingerprint) -> Outcome | None:
+    """The outcome of a verb that need not have been called."""
+    return None if space.outcome(verb, cls) is None else space.current(verb, cls, now)
 
 
 def missing(findings: Findings, what: str, verb: str) -> str:

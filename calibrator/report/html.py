@@ -8,7 +8,6 @@ import base64
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-
 from calibrator.errors import CalibratorError
 from calibrator.report.figures import style
 from calibrator.report.words import text

@@ -6,7 +6,8 @@ Self-contained HTML, figures embedded.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
 
 from calibrator.files import write_text
 from calibrator.report.answer import answer, candidates_table
@@ -18,15 +19,24 @@ from calibrator.report.runs import pictures, validation, verification
 from calibrator.runs.workspace import Workspace
 
 
-def write_report(space: Workspace) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Page:
+    """Outcome of the verb `report`: the page, and the figures beside it."""
+
+    page: Path
+    figures: tuple[Path, ...]
+
+    def lines(self) -> list[str]:
+        """Where the page is."""
+        return [str(self.page)]
+
+
+def write_report(space: Workspace) -> Page:
     """Write report.html and its figures into the folder of the results.
 
-    The interpolant and the search are made anew from the database (they are deterministic);
-    everything else is read from the summary that the verbs left. Steps that have not been done are
-    named with the command that does them.
-
-    Returns {"page": path, "figures": paths}. Raises CalibratorError where `calibrate` has not been
-    done.
+    It reads what the verbs noted and searches for nothing; steps that have not been done are named
+    with the command that does them. Raises CalibratorError, with the command to run, where
+    `calibrate` has not been done, or where an outcome no longer fits the case or the runs.
     """
     findings = Findings.of(space)
     folder = space.folder("figures")
@@ -36,7 +46,7 @@ def write_report(space: Workspace) -> dict[str, Any]:
     whole = page(f"Calibration of {space.case.name}", [make(findings, album) for make in SECTIONS])
     path = space.path / "report.html"
     write_text(path, whole)
-    return space.note("report", {"page": str(path), "figures": [str(p) for p in album.paths]})
+    return space.note("report", Page(path, tuple(album.paths)))
 
 
 SECTIONS: tuple[Callable[[Findings, Album], str], ...] = (

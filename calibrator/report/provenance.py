@@ -70,7 +70,7 @@ def provenance(findings: Findings, album: Album) -> str:
     verified = [r for own in findings.verified.values() for r in own]
     validated = [r for own in findings.validated.values() for r in own]
     runs = [*findings.records, *verified, *validated]
-    shipped = findings.summary.get("run", {}).get("from_shipped_database", 0)
+    shipped = findings.collection.from_shipped_database if findings.collection else 0
     rows = [
         ["calibrator", text(__version__)],
         ["YADE", text(_distinct(runs, "yade"))],

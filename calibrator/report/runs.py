@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from calibrator.report.html import Album, mark, note, section, table
 from calibrator.report.words import heading, number, percent, short, with_error, words
 from calibrator.runs.folder import gather
 from calibrator.runs.record import Record
+from calibrator.verification.outcome import Comparison, Verdict
 from calibrator.verification.verify import probe_request
 
 # Pictures of the set-ups
@@ -67,7 +67,9 @@ def _run_with_curves(findings: Findings, setup: str) -> tuple[Record, dict[str, 
     that kept its grains.
     """
     own = findings.verified.get("compromise", []) + findings.validated.get("compromise", [])
-    probe = gather(findings.space.runs, [probe_request(findings.space, setup)])
+    probe = gather(
+        findings.space.runs, [probe_request(findings.space, findings.calibration, setup)]
+    )
     for record in [*probe, *own, *by_distance(findings, findings.records)]:
         if record.status == "ok" and record.request.setup == setup:
             arrays = arrays_of(findings, record)
@@ -78,16 +80,12 @@ def _run_with_curves(findings: Findings, setup: str) -> tuple[Record, dict[str, 
 
 def verification(findings: Findings, album: Album) -> str:
     """Like the paper's Table 7, with the curves of the fresh runs."""
-    found = findings.outcome("verify")
+    found = findings.verification
     if found is None:
         return section(
             "Verification", missing(findings, "The verification with fresh YADE runs", "verify")
         )
-    outcome = {
-        label: found["candidates"][label]
-        for label in findings.candidates
-        if label in found["candidates"]
-    }
+    outcome = found.candidates
     caption = (
         "Fresh YADE runs of each candidate against the measurement. Filled: simulated; open:"
         " promised by the interpolant."
@@ -105,70 +103,62 @@ def verification(findings: Findings, album: Album) -> str:
     )
 
 
-def _shipped_note(outcome: Mapping[str, Any]) -> str:
-    shipped = sum(own.get("from_shipped_database", 0) for own in outcome.values())
+def _shipped_note(outcome: Mapping[str, Verdict]) -> str:
+    shipped = sum(own.from_shipped_database for own in outcome.values())
     return (
         f" {shipped} of the runs come with the project; --fresh makes them anew." if shipped else ""
     )
 
 
-def _verification_table(findings: Findings, outcome: Mapping[str, Any]) -> str:
-    targets = findings.space.case.problem.targets
-    by_key = [{r["key"]: r for r in own["responses"]} for own in outcome.values()]
-    rows = [
-        [heading(t), _target_band(t, by_key), *(_simulated_cell(r.get(t.key)) for r in by_key)]
-        for t in targets
-    ]
-    rows.append(["O1", "", *(number(own["o1"], 3) for own in outcome.values())])
-    rows.append(["good runs", "", *(str(own["statuses"].get("ok", 0)) for own in outcome.values())])
-    rows.append(
-        ["verdict", "", *(mark(own["passed"], "passed", "failed") for own in outcome.values())]
-    )
+def _verification_table(findings: Findings, outcome: Mapping[str, Verdict]) -> str:
+    targets, verdicts = findings.space.case.problem.targets, list(outcome.values())
+    rows = []
+    for i, target in enumerate(targets):
+        own = [verdict.responses[i] for verdict in verdicts]
+        rows.append([heading(target), _target_band(own[0]), *map(_simulated_cell, own)])
+    rows.append(["O1", "", *(number(own.o1, 3) for own in verdicts)])
+    rows.append(["good runs", "", *(f"{own.good} of {own.total}" for own in verdicts)])
+    rows.append(["verdict", "", *(mark(own.passed, "passed", "failed") for own in verdicts)])
     caption = "Verification: simulated responses of compromise and individuals, and their errors"
     return table(caption, ["", "target ± band", *map(short, outcome)], rows, 2)
 
 
-def _target_band(target: Target, by_key: Sequence[Mapping[str, Any]]) -> str:
+def _target_band(row: Comparison) -> str:
     """The measured value as it was given, and the band; no rounding of the one to the other."""
-    band = next((r[target.key]["band"] for r in by_key if target.key in r), None)
-    return number(target.value) + (f" ± {number(band, 2)}" if band else "")
+    return f"{number(row.target)} ± {number(row.band, 2)}"
 
 
-def _simulated(row: Mapping[str, Any] | None) -> str:
-    return "no good run" if row is None else with_error(row["simulated"], row["standard_error"])
+def _simulated(row: Comparison) -> str:
+    if row.simulated is None or row.standard_error is None:
+        return f"not measured by {row.attempted} runs"
+    return with_error(row.simulated, row.standard_error)
 
 
-def _simulated_cell(row: Mapping[str, Any] | None) -> str:
+def _simulated_cell(row: Comparison) -> str:
     """Simulated value, and under it the relative error and whether the target counts as met."""
-    if row is None:
-        return _simulated(row)
-    kind, sign = ("yes", "✓") if row["passed"] else ("no", "✗")
-    return (
-        f'{_simulated(row)}<br><span class="{kind}">{percent(row["relative_error"])} {sign}</span>'
-    )
+    kind, sign = ("yes", "✓") if row.passed else ("no", "✗")
+    return f'{_simulated(row)}<br><span class="{kind}">{percent(row.relative_error)} {sign}</span>'
 
 
-def _deviations(outcome: Mapping[str, Any]) -> list[figures.Deviation]:
-    return [_deviation(label, row) for label, own in outcome.items() for row in own["responses"]]
+def _deviations(outcome: Mapping[str, Verdict]) -> list[figures.Deviation]:
+    """What is drawn: the responses that fresh runs measured."""
+    return [
+        _deviation(label, row, row.relative_error, row.standard_error)
+        for label, own in outcome.items()
+        for row in own.responses
+        if row.relative_error is not None and row.standard_error is not None
+    ]
 
 
-def _deviation(label: str, row: Mapping[str, Any]) -> figures.Deviation:
-    size = abs(row["target"])
-    promised = None if row["predicted"] is None else (row["predicted"] - row["target"]) / size
-    title = words(row["key"].split(".")[1])
-    return figures.Deviation(
-        label,
-        title,
-        row["relative_error"],
-        row["standard_error"] / size,
-        promised,
-        row["band"] / size,
-    )
+def _deviation(label: str, row: Comparison, off: float, error: float) -> figures.Deviation:
+    promised = None if row.predicted is None else (row.predicted - row.target) / row.scale
+    title = words(row.key.split(".")[1])
+    return figures.Deviation(label, title, off, error / row.scale, promised, row.band / row.scale)
 
 
 def validation(findings: Findings, album: Album) -> str:
     """Like the paper's Tables 8 and 9: measurements that were not used."""
-    problem, outcome = findings.space.case.problem, findings.outcome("validate")
+    problem, outcome = findings.space.case.problem, findings.validation
     if not problem.held_out:
         return section(
             "Validation",
@@ -181,11 +171,10 @@ def validation(findings: Findings, album: Album) -> str:
         return section(
             "Validation", missing(findings, "The validation on measurements not used", "validate")
         )
-    verdicts = {"compromise": outcome, **outcome["candidates"]}
     rows = [
-        [label, *_validation_row(t, {r["key"]: r for r in own["responses"]}.get(t.key))]
-        for t in problem.held_out
-        for label, own in verdicts.items()
+        [label, *_validation_row(target, own.responses[i])]
+        for i, target in enumerate(problem.held_out)
+        for label, own in outcome.by_candidate.items()
     ]
     head = [
         "candidate",
@@ -202,17 +191,14 @@ def validation(findings: Findings, album: Album) -> str:
     return section("Validation", table(caption, head, rows, 3), *figures)
 
 
-def _validation_row(target: Target, row: Mapping[str, Any] | None) -> list[str]:
-    if row is None:
-        return [heading(target), number(target.value), "no good run", "–", "0", mark(False)]
-    measured = _target_band(target, [{target.key: row}])
+def _validation_row(target: Target, row: Comparison) -> list[str]:
     return [
         heading(target),
-        measured,
+        _target_band(row),
         _simulated(row),
-        percent(row["relative_error"]),
-        str(row["runs"]),
-        mark(row["passed"]),
+        percent(row.relative_error),
+        f"{row.runs} of {row.attempted}",
+        mark(row.passed),
     ]
 
 

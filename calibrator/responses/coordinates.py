@@ -23,7 +23,7 @@ from calibrator.case.problem import Problem
 from calibrator.case.vocabulary import RESPONSES
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
-from calibrator.responses.interpolant import Interpolant
+from calibrator.responses.interpolant import Interpolant, Learnt
 
 DENSITY, MODULUS = "particle_density", "young_modulus"
 
@@ -122,6 +122,11 @@ class Changed:
     def noise_sources(self) -> tuple[str, ...]:
         """Where the seed noise is from."""
         return self.inner.noise_sources
+
+    @property
+    def learnt(self) -> Learnt:
+        """What the interpolant inside has learnt."""
+        return self.inner.learnt
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the box."""

@@ -11,7 +11,7 @@ from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
 from calibrator.responses.coordinates import Changed, Coordinates
 from calibrator.responses.gaussian_process import GaussianProcess
-from calibrator.responses.interpolant import Interpolant, average_replicates
+from calibrator.responses.interpolant import Interpolant, Learnt, average_replicates
 from calibrator.responses.multilinear import Multilinear
 from calibrator.responses.table import response_table
 from calibrator.runs.record import Record
@@ -25,6 +25,7 @@ def fit_responses(
     method: str = "process",
     similarity: bool = False,
     noise: np.ndarray | None = None,
+    learnt: Learnt | None = None,
 ) -> Interpolant:
     """Interpolate raw responses over the problem's parameters.
 
@@ -32,8 +33,8 @@ def fit_responses(
     ----------
     points : (n, d) parameter sets, replicates repeated; values : (n, m) responses, NaN where not
     measured; keys : m names.
-    method : "process" or "multilinear"; similarity : take the particle density out; noise : (m,)
-    seed noise where it is known.
+    method : "process" or "multilinear"; similarity : take the particle density out.
+    noise : (m,) seed noise where it is known; learnt : what an earlier fit of the same runs found.
 
     Raises CalibratorError as the interpolants do, and for a similarity without density or modulus.
     """
@@ -45,7 +46,7 @@ def fit_responses(
         inner = Multilinear.fit(inward, scaled, keys, noise, parameters=change.names)
     else:
         inner = GaussianProcess.fit(
-            inward, scaled, keys, change.bounds, noise, parameters=change.names
+            inward, scaled, keys, change.bounds, noise, parameters=change.names, learnt=learnt
         )
     if not change.changed:
         return inner
@@ -53,14 +54,19 @@ def fit_responses(
     return Changed(change, inner, distinct, means)
 
 
-def fit(case: Case, records: Sequence[Record]) -> Interpolant:
-    """Interpolate the raw responses that the targets need."""
+def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> Interpolant:
+    """Interpolate the raw responses that the targets need.
+
+    learnt : what an earlier fit of the same records found; without it the kernels are searched for.
+    Raises CalibratorError where no run is good, and as the interpolants do.
+    """
     keys = [t.key for t in case.problem.targets]
     points, values = response_table(case.problem, records, keys)
     if len(points) == 0:
         raise CalibratorError(
             "the database has no good run: look at the failures that `calibrator collect` lists"
         )
+    settings = case.interpolation
     return fit_responses(
-        case.problem, points, values, keys, case.interpolation.method, case.interpolation.similarity
+        case.problem, points, values, keys, settings.method, settings.similarity, learnt=learnt
     )

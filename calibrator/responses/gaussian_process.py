@@ -19,7 +19,7 @@ from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern,
 
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
-from calibrator.responses.interpolant import TrainingRuns, checked_runs, common_source
+from calibrator.responses.interpolant import Learnt, TrainingRuns, checked_runs, common_source
 from calibrator.threads import on_one_thread
 
 CHUNK = 4096  # rows predicted at once: keeps the covariance block in the processor's cache
@@ -87,6 +87,7 @@ class GaussianProcess:
         parameters: Sequence[str] | None = None,
         restarts: int = 3,
         seed: int = 1,
+        learnt: Learnt | None = None,
     ) -> GaussianProcess:
         """Processes through the mean responses, smoothing by the seed noise.
 
@@ -104,18 +105,23 @@ class GaussianProcess:
             more degrees of freedom, else estimated with the kernel.
         counts : (n,) runs that each row averages, with noise only; parameters : d names for
         messages.
-        restarts : extra starts of the likelihood search, drawn with seed.
+        restarts : extra starts of the likelihood search, drawn with seed; learnt : what an earlier
+            fit of the same runs found, which takes the place of the search and of noise.
 
         Raises
         ------
         CalibratorError : a point lies outside bounds, a response has fewer than d + 2 distinct
             points, or there are more than MOST_POINTS of them.
         """
+        noise = noise if learnt is None else learnt.noise
         runs = checked_runs(points, values, names, noise, counts, parameters, FEWEST_DEGREES)
         bounds = np.asarray(bounds, float)
         inside(runs.points, bounds[0], bounds[1], runs.parameters)
         processes = tuple(
-            _fit_process(runs, column, bounds, restarts, seed) for column in range(len(names))
+            _fit_process(
+                runs, column, bounds, restarts, seed, learnt.kernels[column] if learnt else None
+            )
+            for column in range(len(names))
         )
         found = np.array([process.noise for process in processes])
         return cls(
@@ -129,6 +135,11 @@ class GaussianProcess:
             runs.noise_sources,
             processes,
         )
+
+    @property
+    def learnt(self) -> Learnt:
+        """Logarithms of the kernels' hyperparameters (m, d + 1), and the seed noise."""
+        return Learnt(np.array([p.regressor.kernel_.theta for p in self._processes]), self.noise)
 
     @property
     def noise_source(self) -> str:
@@ -210,28 +221,23 @@ def _chunked(function: Callable[[np.ndarray], np.ndarray], rows: np.ndarray) -> 
 
 
 def _fit_process(
-    runs: TrainingRuns, column: int, bounds: np.ndarray, restarts: int, seed: int
+    runs: TrainingRuns,
+    column: int,
+    bounds: np.ndarray,
+    restarts: int,
+    seed: int,
+    theta: np.ndarray | None = None,
 ) -> _Process:
+    """The process of one response; theta : its kernel's hyperparameters, where they are known."""
     rows = np.flatnonzero(~np.isnan(runs.values[:, column]))
-    if len(rows) < bounds.shape[1] + 2:
-        raise CalibratorError(
-            f"{runs.responses[column]} was measured at {len(rows)} distinct points: "
-            f"give at least {bounds.shape[1] + 2} for {bounds.shape[1]} parameters"
-        )
-    if len(rows) > MOST_POINTS:
-        raise CalibratorError(
-            f"a Gaussian process through {len(rows)} parameter sets does not fit into memory (at"
-            f" most {MOST_POINTS}): interpolate with the multilinear method, or calibrate on a part"
-            " of the database"
-        )
-    unit, values, counts = (
-        _unit(runs.points[rows], bounds),
-        runs.values[rows, column],
-        runs.counts[rows, column],
-    )
+    _require_points(runs.responses[column], len(rows), bounds.shape[1])
+    unit, values = _unit(runs.points[rows], bounds), runs.values[rows, column]
+    counts = runs.counts[rows, column]
     centre, scale = values.mean(), values.std() or 1.0
     standard, noise = (values - centre) / scale, runs.noise[column] / scale
-    if np.isnan(noise):
+    if theta is not None:
+        kernel = _kernel(bounds.shape[1]).clone_with_theta(theta)
+    elif np.isnan(noise):
         raw = ~np.isnan(runs.raw_values[:, column])
         raw_standard = (runs.raw_values[raw, column] - centre) / scale
         some = _subset(len(raw_standard), seed)
@@ -244,10 +250,24 @@ def _fit_process(
         kernel = _likeliest(
             _kernel(bounds.shape[1]), unit[some], standard[some], alpha, restarts, seed
         )
-    regressor = GaussianProcessRegressor(
-        kernel, alpha=noise**2 / counts + JITTER, optimizer=None
-    ).fit(unit, standard)
+    alpha = noise**2 / counts + JITTER
+    regressor = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None).fit(unit, standard)
     return _Process(regressor, rows, centre, scale, noise * scale)
+
+
+def _require_points(response: str, points: int, dimensions: int) -> None:
+    """Raise CalibratorError where the points are too few for a trend, or too many for the memory."""
+    if points < dimensions + 2:
+        raise CalibratorError(
+            f"{response} was measured at {points} distinct points: "
+            f"give at least {dimensions + 2} for {dimensions} parameters"
+        )
+    if points > MOST_POINTS:
+        raise CalibratorError(
+            f"a Gaussian process through {points} parameter sets does not fit into memory (at"
+            f" most {MOST_POINTS}): interpolate with the multilinear method, or calibrate on a part"
+            " of the database"
+        )
 
 
 def _subset(count: int, seed: int) -> np.ndarray:

@@ -17,6 +17,16 @@ import numpy as np
 from calibrator.errors import CalibratorError
 
 
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """State of an interpolant beyond its runs: kernels (m, q), empty where there are none, and the
+    seed noise (m,) of a single run.
+    """
+
+    kernels: np.ndarray
+    noise: np.ndarray
+
+
 class Interpolant(Protocol):
     """What every interpolant offers: responses (m,) by key, seed noise (m,), and predictions at
     points (k, d).
@@ -43,6 +53,10 @@ class Interpolant(Protocol):
         """Seed noise, shape (m,): standard deviation of a single run about the mean response, in
         the response's unit.
         """
+
+    @property
+    def learnt(self) -> Learnt:
+        """What a search found beyond the runs themselves: enough to fit the same again without it."""
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d)."""

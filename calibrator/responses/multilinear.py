@@ -16,7 +16,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
-from calibrator.responses.interpolant import TrainingRuns, checked_runs, common_source
+from calibrator.responses.interpolant import Learnt, TrainingRuns, checked_runs, common_source
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +98,11 @@ class Multilinear:
     def noise_source(self) -> str:
         """Origin of the seed noise where it is the same for all responses, else "mixed"."""
         return common_source(self.noise_sources)
+
+    @property
+    def learnt(self) -> Learnt:
+        """Nothing but the seed noise."""
+        return Learnt(np.empty((len(self.responses), 0)), self.noise)
 
     @property
     def _low(self) -> np.ndarray:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.special import log_ndtr
 
-from calibrator.case.problem import Problem
+from calibrator.case.problem import Problem, Target
 from calibrator.errors import CalibratorError
 
 Responses = Mapping[str, np.ndarray]
@@ -34,12 +36,7 @@ def target_errors(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
     two standard errors. Raises CalibratorError for a target with neither.
     """
     assumed = tuple(target.key for target in problem.targets if target.standard_error == 0)
-    errors = np.array(
-        [
-            target.standard_error or target.tolerance * abs(target.value) / 2
-            for target in problem.targets
-        ]
-    )
+    errors = np.array([t.standard_error or t.tolerance * t.scale / 2 for t in problem.targets])
     if not errors.all():
         key = problem.targets[int(np.argmin(errors))].key
         raise CalibratorError(
@@ -49,14 +46,58 @@ def target_errors(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def relative_errors(problem: Problem, responses: Responses) -> np.ndarray:
-    """|y_i - t_i| / |t_i| of each target, shape (n, t): the terms of the paper's Eq. (3)."""
-    return np.column_stack(
-        [np.abs(responses[t.key] - t.value) / abs(t.value) for t in problem.targets]
-    )
+    """|y_i - t_i| over the target's scale, (n, t): the terms of the paper's Eq. (3)."""
+    return np.column_stack([np.abs(responses[t.key] - t.value) / t.scale for t in problem.targets])
 
 
-def bands(problem: Problem, noise: Mapping[str, float]) -> np.ndarray:
-    """Half width (t,) within which a prediction counts as met: the tolerance, but no less than two
-    seed noises.
+def bands(targets: Sequence[Target], noise: np.ndarray, runs: int | np.ndarray) -> np.ndarray:
+    """Half width (t,) around each target within which a mean response counts as meeting it.
+
+    The tolerance of the target's scale, but no less than two standard errors of the difference
+    between a measured mean and the mean of so many runs:
+    max(tolerance x scale, 2 hypot(standard error measured, noise / sqrt(runs))). This is the one
+    definition of "met"; plan, search, verification, validation and report all ask here.
+
+    Parameters
+    ----------
+    noise : (t,) seed noise of a single run in the response's unit; zero, or any number of runs
+        without end, for a response that is known without seed noise.
+    runs : number of runs behind the mean, one for all or (t,).
     """
-    return np.array([max(t.tolerance * abs(t.value), 2 * noise[t.key]) for t in problem.targets])
+    tolerated = np.array([t.tolerance * t.scale for t in targets])
+    measured = np.array([t.standard_error for t in targets])
+    return np.maximum(tolerated, 2 * np.hypot(measured, noise / np.sqrt(runs)))
+
+
+def met(
+    targets: Sequence[Target], means: np.ndarray, noise: np.ndarray, runs: int | np.ndarray
+) -> np.ndarray:
+    """Whether mean responses (..., t) lie within the bands of their targets; NaN is missed."""
+    values = np.array([t.value for t in targets])
+    return np.asarray(np.abs(means - values) <= bands(targets, noise, runs))
+
+
+def chances(
+    targets: Sequence[Target], mean: np.ndarray, error: np.ndarray, noise: np.ndarray, runs: int
+) -> np.ndarray:
+    """Logarithm (k,) of the probability that the mean of so many runs meets every target.
+
+    mean, error : (k, t) prediction and its standard deviation; noise : (t,) of one run. The
+    responses are taken as independent and normal.
+    """
+    spread = np.hypot(error, noise / math.sqrt(runs))
+    return log_within(targets, mean, spread, bands(targets, noise, runs))
+
+
+def log_within(
+    targets: Sequence[Target], mean: np.ndarray, spread: np.ndarray, band: np.ndarray
+) -> np.ndarray:
+    """Logarithm (k,) of the probability that normal values lie within all the bands (t,).
+
+    mean, spread : (k, t) of the values.
+    """
+    offset = np.abs(mean - np.array([t.value for t in targets]))
+    spread = np.maximum(spread, 1e-300)
+    # log(Phi(b) - Phi(a)) on the lower tail, where neither term rounds to one
+    upper, lower = log_ndtr((band - offset) / spread), log_ndtr((-band - offset) / spread)
+    return np.asarray((upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-300)))).sum(axis=1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,6 +46,7 @@ class Workspace:
     path: Path
     fresh: bool = False
     engine: str = "local"
+    arguments: tuple[str, ...] = ()
 
     @property
     def runs(self) -> RunFolder:
@@ -136,7 +138,7 @@ class Workspace:
 
     def command(self, verb: str) -> str:
         """The command line that calls a verb on this case."""
-        return f"calibrator {verb} {self.case.path}"
+        return shlex.join(["calibrator", verb, str(self.case.path), *self.arguments])
 
 
 def _seal(summary: dict[str, Any]) -> str:

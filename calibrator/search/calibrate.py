@@ -1,18 +1,15 @@
-"""The verbs in workflow order.
-
-Each takes a Workspace, does one step, and leaves a machine-readable summary.
-"""
+"""The verb `calibrate`: from the database to candidates, and to what the data pins down."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.files import write_text
+from calibrator.case.problem import Problem
+from calibrator.files import packed, write_bytes, write_text
 from calibrator.plan.run import confirmed_set, database_records
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant
@@ -20,116 +17,167 @@ from calibrator.responses.objectives import evaluation
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace, counts
 from calibrator.search.front import compromise, spread
+from calibrator.search.identifiability import identify
 from calibrator.search.nsga2 import SearchResult, Settings, generational_distance, search
-from calibrator.search.outcome import candidates_of, identified, reached
+from calibrator.search.outcome import (
+    COMPROMISE,
+    Calibration,
+    Candidate,
+    Identifiability,
+    Promise,
+    Sensitivity,
+    Traces,
+    arrays_path,
+    hash_of,
+    rests_on,
+)
 from calibrator.search.reach import unreachable
 from calibrator.search.sensitivity import sensitivity
 
 PARTS = 8  # of the database: each is left out once, for the intervals of the sensitivities
+ACCEPTED = 1000  # parameter sets of the accepted region that are kept, for the picture of the ridge
+SNAPSHOTS = (0, 1, 2, 3, 20)  # generations whose population is kept, beside the last
+
+
+def calibrate(space: Workspace) -> Calibration:
+    """Interpolate, search the Pareto front, choose candidates, say what the data pins down.
+
+    Leaves front.csv and calibration.npz in the folder of the results, and notes its outcome.
+    Raises CalibratorError where the database is too small or has no good run.
+    """
+    case, problem = space.case, space.case.problem
+    records = database_records(space)
+    interpolant = fit(case, records)
+    fronts = search_fronts(case, interpolant)
+    points, reason = _chosen(space, interpolant, fronts[0])
+    noise = map(float, interpolant.noise)
+    found = Calibration(
+        candidates=_candidates(case, interpolant, points),
+        compromise_reason=reason,
+        front_size=len(fronts[0].points),
+        generational_distance=tuple(
+            tuple(map(float, generational_distance(f.fronts, f.fronts[-1]))) for f in fronts
+        ),
+        seed_noise=dict(zip(interpolant.responses, noise, strict=True)),
+        leave_one_out_rms=_left_out_errors(interpolant),
+        reachability=unreachable(problem, interpolant),
+        identifiability=_identified(problem, interpolant, case.truth),
+        sensitivity=_sensitivity(case, records, interpolant),
+        arrays=_write_arrays(space, interpolant, fronts[0]),
+        fingerprint=rests_on(case, records),
+        **counts(records),
+    )
+    return space.note("calibrate", found)
 
 
 def search_fronts(case: Case, interpolant: Interpolant) -> list[SearchResult]:
     """The search and its repeats with other seeds."""
     evaluate = evaluation(case.problem, interpolant, case.search.objectives)
     s = case.search
-    return [
-        search(
-            case.problem,
-            evaluate,
-            Settings(
-                s.population,
-                s.generations,
-                s.crossover,
-                s.mutation,
-                s.seed + i,
-                (0, 1, 2, 3, 20, s.generations),
-            ),
-            s.objectives,
-        )
-        for i in range(s.repeats)
-    ]
+    first = Settings(
+        s.population, s.generations, s.crossover, s.mutation, s.seed, (*SNAPSHOTS, s.generations)
+    )
+    settings = [dataclasses.replace(first, seed=s.seed + i) for i in range(s.repeats)]
+    return [search(case.problem, evaluate, own, s.objectives) for own in settings]
 
 
-def calibrate(space: Workspace) -> dict[str, Any]:
-    """Interpolate, search the Pareto front, choose the spread individuals and the compromise, say
-    what the data pins down.
-    """
-    case, problem = space.case, space.case.problem
-    records = database_records(space)
-    interpolant = fit(case, records)
-    fronts = search_fronts(case, interpolant)
-    front = fronts[0]
-    mean, error = interpolant.predict_with_error(front.points)
-    keys = interpolant.responses
+def _chosen(
+    space: Workspace, interpolant: Interpolant, front: SearchResult
+) -> tuple[dict[str, np.ndarray], str]:
+    """Parameter sets (d,) of the candidates by label, and why the compromise is one."""
+    case, keys = space.case, interpolant.responses
+    predicted, error = (
+        dict(zip(keys, columns.T, strict=True))
+        for columns in interpolant.predict_with_error(front.points)
+    )
     noise = dict(zip(keys, map(float, interpolant.noise), strict=True))
-    by_key = [dict(zip(keys, columns.T, strict=True)) for columns in (mean, error)]
-    chosen, reason = compromise(
-        problem, front.objectives, by_key[0], by_key[1], noise, case.verify.replicates
+    index, reason = compromise(
+        case.problem,
+        front.objectives,
+        predicted,
+        error,
+        noise,
+        case.verify.replicates,
+        front.names,
     )
     individuals = spread(front.objectives).tolist() if len(front.names) > 1 else []
-    points = {
-        f"individual {chr(ord('A') + i)}": front.points[index]
-        for i, index in enumerate(individuals)
-    }
-    points["compromise"] = front.points[chosen]
-    confirmed = confirmed_set(space)
-    if confirmed is not None:
-        points["compromise"], reason = (
-            confirmed,
-            "confirmed by the last runs of the adaptive design",
+    points = {f"individual {chr(ord('A') + i)}": front.points[k] for i, k in enumerate(individuals)}
+    points[COMPROMISE] = front.points[index]
+    if (confirmed := confirmed_set(space)) is not None:
+        points[COMPROMISE] = confirmed
+        reason = "confirmed by the last runs of the adaptive design"
+    return points, reason
+
+
+def _candidates(
+    case: Case, interpolant: Interpolant, points: dict[str, np.ndarray]
+) -> dict[str, Candidate]:
+    """Parameters, objectives and promised responses of each labelled set (d,)."""
+    sets = np.array(list(points.values()))
+    objectives = evaluation(case.problem, interpolant, case.search.objectives)(sets)
+    mean, error = interpolant.predict_with_error(sets)
+    return {
+        label: Candidate(
+            dict(zip(case.problem.names, map(float, sets[i]), strict=True)),
+            dict(zip(case.search.objectives, map(float, objectives[i]), strict=True)),
+            {
+                key: Promise(float(m), float(e))
+                for key, m, e in zip(interpolant.responses, mean[i], error[i], strict=True)
+            },
         )
-    loo, _ = interpolant.leave_one_out()
-    _write_front(space.folder() / "front.csv", case, front, mean)
-    return space.note(
-        "calibrate",
-        {
-            "candidates": candidates_of(case, interpolant, points),
-            "compromise_reason": reason,
-            "front_size": len(front.points),
-            "generational_distance": [
-                [float(g) for g in generational_distance(f.fronts, f.fronts[-1])] for f in fronts
-            ],
-            "seed_noise": noise,
-            "leave_one_out_rms": _rms(loo - interpolant.values, interpolant.responses),
-            "reachability": reached(unreachable(problem, interpolant)),
-            "identifiability": identified(problem, interpolant, case.truth),
-            "sensitivity": _sensitivity(case, records, interpolant),
-            **counts(records),
-        },
-    )
+        for i, label in enumerate(points)
+    }
 
 
-def _rms(residual: np.ndarray, keys: Sequence[str]) -> dict[str, float]:
-    return {k: float(np.sqrt(np.nanmean(residual[:, i] ** 2))) for i, k in enumerate(keys)}
+def _left_out_errors(interpolant: Interpolant) -> dict[str, float | None]:
+    """Root mean square error at sets left out, by response; None where no set can be left out."""
+    predicted, _ = interpolant.leave_one_out()
+    squares = (predicted - interpolant.values) ** 2
+    return {
+        key: float(np.sqrt(np.nanmean(column))) if np.isfinite(column).any() else None
+        for key, column in zip(interpolant.responses, squares.T, strict=True)
+    }
 
 
-def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant) -> dict[str, Any]:
-    """Sobol indices of the targets' responses; on a grid, which must stay whole, without the part
-    for the choice of sets.
+def _identified(
+    problem: Problem, interpolant: Interpolant, truth: dict[str, float]
+) -> Identifiability:
+    """Profiles with the truth of a synthetic laboratory; of the accepted sets as many as are drawn."""
+    found = identify(problem, interpolant)
+    profiles = tuple(dataclasses.replace(p, truth=truth.get(p.name)) for p in found.parameters)
+    accepted = found.accepted[:: max(1, len(found.accepted) // ACCEPTED)]
+    return dataclasses.replace(found, parameters=profiles, accepted=accepted)
+
+
+def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant) -> Sensitivity:
+    """Sobol indices of the targets' responses.
+
+    On a grid, which must stay whole, without the part of their intervals for the choice of sets.
     """
-    sets = sorted({tuple(r.request.value(n) for n in case.problem.names) for r in records})
+    names = case.problem.names
+    sets = sorted({tuple(r.request.value(n) for n in names) for r in records})
     part = {one: i % PARTS for i, one in enumerate(sets)}
     folds: list[Interpolant] = []
-    if case.interpolation.method == "process" and len(sets) >= 3 * (len(case.problem.names) + 2):
+    if case.interpolation.method == "process" and len(sets) >= 3 * (len(names) + 2):
         for left_out in range(PARTS):
             kept = [
-                r
-                for r in records
-                if part[tuple(r.request.value(n) for n in case.problem.names)] != left_out
+                r for r in records if part[tuple(r.request.value(n) for n in names)] != left_out
             ]
             folds.append(fit(case, kept))
-    found = sensitivity(case.problem, interpolant, folds)
-    arrays = {
-        k: getattr(found, k).tolist() for k in ("first", "total", "first_error", "total_error")
-    }
-    return {"responses": found.responses, "parameters": found.parameters, **arrays}
+    return sensitivity(case.problem, interpolant, folds)
 
 
-def _write_front(path: Path, case: Case, front: SearchResult, mean: np.ndarray) -> None:
-    header = [*case.problem.names, *front.names, *(t.key for t in case.problem.targets)]
+def _write_arrays(space: Workspace, interpolant: Interpolant, front: SearchResult) -> str:
+    """Write front.csv and calibration.npz; returns the hash of the latter."""
+    problem, folder = space.case.problem, space.folder()
+    header = [*problem.names, *front.names, *(t.key for t in problem.targets)]
+    mean = interpolant.predict(front.points)
     table = np.column_stack([front.points, front.objectives, mean])
-    write_text(
-        path,
-        "\n".join([",".join(header), *(",".join(map(repr, map(float, row))) for row in table)])
-        + "\n",
-    )
+    rows = [",".join(header), *(",".join(map(repr, map(float, row))) for row in table)]
+    write_text(folder / "front.csv", "\n".join(rows) + "\n")
+    snapshots = {g: objectives for g, (_, objectives) in front.snapshots.items()}
+    learnt = interpolant.learnt
+    traces = Traces(front.points, front.objectives, snapshots, learnt.kernels, learnt.noise)
+    raw = packed(traces.named())
+    write_bytes(arrays_path(space), raw)
+    return hash_of(raw)

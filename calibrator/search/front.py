@@ -4,13 +4,15 @@ be reached at all.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
-from calibrator.responses.targets import bands, relative_errors
+from calibrator.responses.targets import bands, chances, met, relative_errors
+
+NEARLY = 0.9  # of the highest chance of being verified: more would cost computing time for little
 
 
 def spread(objectives: np.ndarray, count: int = 4) -> np.ndarray:
@@ -54,57 +56,52 @@ def compromise(
     std: Mapping[str, np.ndarray],
     noise: Mapping[str, float],
     replicates: int = 1,
+    names: Sequence[str] = ("error", "time_cost"),
 ) -> tuple[int, str]:
-    """The one member to recommend: the cheapest that meets every target.
+    """The one member to recommend: the cheapest that meets every target, and is likely to.
 
-    Cheapest is the smallest second objective (the only one where there is one). A target is met
-    where the prediction lies within its band (see `bands`) even after a reserve: two standard
-    errors of the difference between the prediction and the mean of the verification's runs. Without
-    it the cheapest member would sit on the edge of its band, and fail every second verification. If
-    no member meets all targets the reserve is given up; if still none does, the smallest total
-    error is taken.
+    A target is met where the prediction lies within the band of the verification's runs (see
+    `targets.bands`). Of the members that meet all of them those are taken whose chance that the
+    verification meets them too is nearly the highest of all, and of these the cheapest: the
+    cheapest without that would sit on the edge of its band, and fail every second verification. If
+    no member meets every target the smallest total error is taken.
 
     Parameters
     ----------
-    objectives : (p, k) of the front; predicted, std : response key -> (p,) predictions and their
-    standard errors;
+    objectives : (p, k) of the front; names : of the k objectives; cheapest is the smallest of the
+        first one that is not the error.
+    predicted, std : response key -> (p,) predictions and their standard errors.
     noise : response key -> seed noise of a single run; replicates : runs that will verify the
-    member.
+        member.
 
     Returns
     -------
     index of the member, and a sentence that says which rule chose it and which targets it misses.
     """
-    miss = np.column_stack([np.abs(predicted[t.key] - t.value) for t in problem.targets])
-    reserve = np.column_stack(
-        [2 * np.hypot(std[t.key], noise[t.key] / np.sqrt(replicates)) for t in problem.targets]
-    )
-    band = bands(problem, noise)
-    cost = objectives[:, min(1, objectives.shape[1] - 1)]
-    total = relative_errors(problem, predicted) @ np.array([t.weight for t in problem.targets])
-    rules = (
-        (miss + reserve, "with two standard errors in reserve"),
-        (miss, "but with nothing in reserve"),
-    )
-    for excess, words in rules:
-        met = np.flatnonzero((excess <= band).all(axis=1))
-        if len(met):
-            index = met[np.lexsort((total[met], cost[met]))[0]]
-            return (
-                int(index),
-                (
-                    f"cheapest of the {len(met)} (of {len(miss)}) front members that meet every"
-                    f" target {words}"
-                ),
-            )
+    targets = problem.targets
+    mean, error = (np.column_stack([by[t.key] for t in targets]) for by in (predicted, std))
+    one_run = np.array([noise[t.key] for t in targets])
+    costs = [i for i, name in enumerate(names) if name != "error"]
+    cost = objectives[:, costs[0] if costs else 0]
+    total = relative_errors(problem, predicted) @ np.array([t.weight for t in targets])
+    good = met(targets, mean, one_run, replicates).all(axis=1)
+    if good.any():
+        chance = np.exp(chances(targets, mean, error, one_run, replicates))
+        likely = np.flatnonzero(good & (chance >= NEARLY * chance[good].max()))
+        index = int(likely[np.lexsort((total[likely], cost[likely]))[0]])
+        return index, (
+            f"cheapest of the {len(likely)} (of {len(mean)}) front members that meet every target"
+            f" with the highest chance of being verified, {chance[index]:.0%}"
+        )
     index = int(np.lexsort((cost, total))[0])
-    missed = [
-        f"{t.key} by {miss[index, i] / abs(t.value):.1%} (band {band[i] / abs(t.value):.1%})"
-        for i, t in enumerate(problem.targets)
-        if miss[index, i] > band[i]
-    ]
-    return (
-        index,
-        "no front member meets every target; the smallest total error misses "
-        + " and ".join(missed),
+    miss, band = (
+        np.abs(mean[index] - [t.value for t in targets]),
+        bands(targets, one_run, replicates),
     )
+    missed = [
+        f"{t.key} by {miss[i] / t.scale:.1%} (band {band[i] / t.scale:.1%})"
+        for i, t in enumerate(targets)
+        if miss[i] > band[i]
+    ]
+    words = "no front member meets every target; the smallest total error misses "
+    return index, words + " and ".join(missed)

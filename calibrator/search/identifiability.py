@@ -17,83 +17,15 @@ from calibrator.case.problem import Problem
 from calibrator.responses.box import box_sample
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.targets import target_columns, target_errors
+from calibrator.search.outcome import Identifiability, ParameterProfile
 
 CHI2_68, CHI2_95 = 1.0, 3.84  # rises of chi2 that bound 68 and 95 % of one parameter
-PINNED_SHARE = 0.5  # of the range: a 95 % interval narrower than this pins the parameter
 STEP = 1e-4  # of the range: forward difference of the residuals
 STARTS = 20  # points of the sample from which the global minimum is sought
 NEARBY = 64  # sample points around a position of which the best is a start
 ROUNDS = 12  # of the descent; it converges quadratically near the minimum
 WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
 Residuals = Callable[[np.ndarray], np.ndarray]
-
-
-@dataclass(frozen=True, eq=False)
-class ParameterProfile:
-    """What the targets say about one parameter, the other parameters always adapted.
-
-    Attributes
-    ----------
-    best : value at the smallest chi2.
-    interval_68, interval_95 : hull of the values whose chi2 exceeds the smallest by no more than 1
-        and 3.84; an end that equals low or high is set by the box, not by the targets.
-    positions, chi2 : (b,) profile curve, the smallest chi2 at each position, in ascending
-    positions.
-    """
-
-    name: str
-    low: float
-    high: float
-    best: float
-    interval_68: tuple[float, float]
-    interval_95: tuple[float, float]
-    positions: np.ndarray
-    chi2: np.ndarray
-
-    @property
-    def share(self) -> float:
-        """Width of the 95 % interval over the range."""
-        return (self.interval_95[1] - self.interval_95[0]) / (self.high - self.low)
-
-    @property
-    def pinned(self) -> bool:
-        """Whether the 95 % interval covers less than half of the range."""
-        return self.share < PINNED_SHARE
-
-    @property
-    def sentence(self) -> str:
-        """The finding in plain words."""
-        interval = (
-            f"{self.interval_95[0]:.4g} to {self.interval_95[1]:.4g} (95 %), {self.share:.0%} of"
-            " its range"
-        )
-        return (
-            f"{self.name} is {'pinned' if self.pinned else 'not pinned down by these targets'}:"
-            f" {interval}"
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Identifiability:
-    """Profiles of all parameters and how the accepted parameter sets hang together.
-
-    Attributes
-    ----------
-    best : (d,) parameter set of the smallest chi2; chi2 : its value, a sum over the targets: well
-        above their number it says that the targets contradict the model, and the intervals then
-        mean little.
-    accepted : (k, d) parameter sets of the box distributed as exp(-chi2 / 2).
-    correlation : (d, d) of the accepted sets: near 1 or -1 along a ridge of sets that fit equally
-    well.
-    assumed : targets without scatter, whose standard error was taken as half their tolerance.
-    """
-
-    parameters: tuple[ParameterProfile, ...]
-    best: np.ndarray
-    chi2: float
-    accepted: np.ndarray
-    correlation: np.ndarray
-    assumed: tuple[str, ...]
 
 
 def identify(

@@ -1,73 +1,388 @@
-"""What a calibration found."""
+"""What a calibration found, as values: candidates, reach, what the data pins down, sensitivities.
+
+This module computes nothing and imports no search, so that whoever reads an outcome needs none.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+import dataclasses
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.problem import Problem
-from calibrator.responses.interpolant import Interpolant
-from calibrator.responses.objectives import evaluation
-from calibrator.search.identifiability import identify
-from calibrator.search.reach import Reachability
+from calibrator.case.fingerprint import Fingerprint, fingerprint
+from calibrator.errors import CalibratorError
+from calibrator.files import read_arrays, read_bytes
+from calibrator.plan.run import database_records
+from calibrator.runs.record import Record
+from calibrator.runs.workspace import Counts, Workspace, contents
 
-# parameter sets of the accepted region that the summary keeps, for the picture of the ridge
-ACCEPTED = 1000
+OUT_OF_REACH = 2.0  # combined standard errors
+PINNED_SHARE = 0.5  # of the range: a 95 % interval narrower than this pins the parameter
+COMPROMISE = "compromise"
 
 
-def candidates_of(
-    case: Case, interpolant: Interpolant, points: dict[str, np.ndarray]
-) -> dict[str, dict[str, Any]]:
-    """Parameters, objectives and promised responses of each labelled set (d,)."""
-    sets = np.array(list(points.values()))
-    objectives = evaluation(case.problem, interpolant, case.search.objectives)(sets)
-    mean, error = interpolant.predict_with_error(sets)
-    return {
-        label: {
-            "parameters": dict(zip(case.problem.names, map(float, sets[i]), strict=True)),
-            "objectives": dict(zip(case.search.objectives, map(float, objectives[i]), strict=True)),
-            "predicted": {
-                k: {"mean": float(m), "error": float(e)}
-                for k, m, e in zip(interpolant.responses, mean[i], error[i], strict=True)
-            },
-        }
-        for i, label in enumerate(points)
+@dataclass(frozen=True)
+class Promise:
+    """A response that the interpolant promises: mean and standard error, in its unit."""
+
+    mean: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A parameter set of the front that is worth a look.
+
+    Attributes
+    ----------
+    parameters : value of each calibrated parameter, in its unit; objectives : by name;
+    predicted : what the interpolant promises, by setup.response.
+    """
+
+    parameters: dict[str, float]
+    objectives: dict[str, float]
+    predicted: dict[str, Promise]
+
+    def point(self, names: Sequence[str]) -> np.ndarray:
+        """The parameter set (d,) in the order of these names."""
+        return np.array([self.parameters[name] for name in names])
+
+
+@dataclass(frozen=True)
+class TargetReach:
+    """How close the interpolated response comes to one target anywhere in the box.
+
+    low and high bound the values found, best is the nearest to the target value, gap its distance
+    in combined standard errors of target and interpolant; the target is out of reach beyond 2.
+    """
+
+    DERIVED = ("reachable", "sentence")
+
+    key: str
+    value: float
+    low: float
+    high: float
+    best: float
+    gap: float
+
+    @property
+    def reachable(self) -> bool:
+        """Whether the target lies within 2 combined standard errors of a reachable value."""
+        return self.gap <= OUT_OF_REACH
+
+    @property
+    def sentence(self) -> str:
+        """The finding in plain words."""
+        span = f"the box reaches {self.low:.4g} to {self.high:.4g}"
+        if self.reachable:
+            return f"{self.key} = {self.value:.4g} can be reached: {span}"
+        return (
+            f"{self.key} = {self.value:.4g} cannot be reached: {span}, {self.gap:.1f} standard"
+            " errors short; widen the bounds"
+        )
+
+
+@dataclass(frozen=True)
+class JointReach:
+    """The set of the box where the worst-met target is met best.
+
+    misfit : of that target there, in combined standard errors; worst : its key; point : (d,).
+    """
+
+    DERIVED = ("reachable", "sentence")
+
+    misfit: float
+    worst: str
+    point: tuple[float, ...]
+
+    @property
+    def reachable(self) -> bool:
+        """Whether some point meets every target within 2 combined standard errors."""
+        return self.misfit <= OUT_OF_REACH
+
+    @property
+    def sentence(self) -> str:
+        """The finding in plain words."""
+        if self.reachable:
+            return (
+                f"all targets can be met together, the worst ({self.worst}) within"
+                f" {self.misfit:.1f} standard errors"
+            )
+        return (
+            f"the targets cannot be met together: {self.worst} stays {self.misfit:.1f} standard"
+            " errors off at best"
+        )
+
+
+@dataclass(frozen=True)
+class Reachability:
+    """Each target by itself, and all of them at one point."""
+
+    DERIVED = ("all", "sentences", "missed")
+
+    targets: tuple[TargetReach, ...]
+    joint: JointReach
+
+    @property
+    def all(self) -> bool:
+        """Whether every target can be met, and all of them together."""
+        return self.joint.reachable and not self.missed
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The findings in plain words."""
+        return (*(t.sentence for t in self.targets), self.joint.sentence)
+
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """Keys of the targets that nothing in the box reaches."""
+        return tuple(t.key for t in self.targets if not t.reachable)
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """The sentences on what cannot be reached."""
+        joint = () if self.joint.reachable else (self.joint.sentence,)
+        return (*(t.sentence for t in self.targets if not t.reachable), *joint)
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterProfile:
+    """What the targets say about one parameter, the other parameters always adapted.
+
+    Attributes
+    ----------
+    low, high : bounds of the search; best : value at the smallest chi2.
+    interval_68, interval_95 : hull of the values whose chi2 exceeds the smallest by no more than 1
+        and 3.84; an end that equals low or high is set by the box, not by the targets.
+    positions, chi2 : (b,) profile curve, the smallest chi2 at each position, positions ascending.
+    truth : the value behind a synthetic laboratory, None for a real one.
+    """
+
+    DERIVED = ("pinned", "sentence")
+
+    name: str
+    low: float
+    high: float
+    best: float
+    interval_68: tuple[float, float]
+    interval_95: tuple[float, float]
+    positions: np.ndarray
+    chi2: np.ndarray
+    truth: float | None = None
+
+    @property
+    def share(self) -> float:
+        """Width of the 95 % interval over the range."""
+        return (self.interval_95[1] - self.interval_95[0]) / (self.high - self.low)
+
+    @property
+    def pinned(self) -> bool:
+        """Whether the 95 % interval covers less than half of the range."""
+        return self.share < PINNED_SHARE
+
+    @property
+    def sentence(self) -> str:
+        """The finding in plain words."""
+        interval = (
+            f"{self.interval_95[0]:.4g} to {self.interval_95[1]:.4g} (95 %), {self.share:.0%} of"
+            " its range"
+        )
+        return (
+            f"{self.name} is {'pinned' if self.pinned else 'not pinned down by these targets'}:"
+            f" {interval}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiability:
+    """Profiles of all parameters and how the accepted parameter sets hang together.
+
+    Attributes
+    ----------
+    best : (d,) parameter set of the smallest chi2; chi2 : its value, a sum over the targets: well
+        above their number it says that the targets contradict the model, and the intervals then
+        mean little.
+    accepted : (k, d) parameter sets of the box distributed as exp(-chi2 / 2).
+    correlation : (d, d) of the accepted sets: near 1 or -1 along a ridge of sets that fit equally
+        well.
+    assumed : targets without scatter, whose standard error was taken as half their tolerance.
+    """
+
+    parameters: tuple[ParameterProfile, ...]
+    best: np.ndarray
+    chi2: float
+    accepted: np.ndarray
+    correlation: np.ndarray
+    assumed: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Shares of the variance of each response, parameters uniform on their scale over the box.
+
+    Attributes
+    ----------
+    responses : m keys; parameters : d names.
+    first, total : (m, d) share due to the parameter alone, and with all its interactions.
+    first_error, total_error : (m, d) half widths of the 95 % intervals.
+    """
+
+    responses: tuple[str, ...]
+    parameters: tuple[str, ...]
+    first: np.ndarray
+    total: np.ndarray
+    first_error: np.ndarray
+    total_error: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Calibration(Counts):
+    """Outcome of the verb `calibrate`; statuses, failed and yade are those of the database's runs.
+
+    Attributes
+    ----------
+    candidates : by label, "compromise" the recommended one, "individual A", ... along the front.
+    compromise_reason : the rule that chose it; front_size : members of the front.
+    generational_distance : for each repeat of the search, the mean distance of the front of each
+        generation to the last one, in units of the objectives.
+    seed_noise : standard deviation of a single run by setup.response, in the response's unit;
+    leave_one_out_rms : error of the interpolant at sets left out, likewise.
+    arrays : hash of calibration.npz beside the summary, which holds the front, the populations and
+        the interpolant's state (see `Traces`).
+    fingerprint : of all that this was computed from.
+    """
+
+    candidates: dict[str, Candidate]
+    compromise_reason: str
+    front_size: int
+    generational_distance: tuple[tuple[float, ...], ...]
+    seed_noise: dict[str, float]
+    leave_one_out_rms: dict[str, float | None]
+    reachability: Reachability
+    identifiability: Identifiability
+    sensitivity: Sensitivity
+    arrays: str
+    fingerprint: Fingerprint
+
+    @property
+    def compromise(self) -> Candidate:
+        """The recommended candidate."""
+        return self.candidates[COMPROMISE]
+
+    @property
+    def ordered(self) -> dict[str, Candidate]:
+        """The compromise, then the individuals in order along the front."""
+        others = {k: v for k, v in self.candidates.items() if k != COMPROMISE}
+        return {COMPROMISE: self.compromise, **others}
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Parameters of the compromise that their own 95 % interval does not hold."""
+        chosen = self.compromise.parameters
+        return tuple(
+            p.name
+            for p in self.identifiability.parameters
+            if not p.interval_95[0] <= chosen[p.name] <= p.interval_95[1]
+        )
+
+    def lines(self) -> list[str]:
+        """The outcome in plain words, the answer first."""
+        chosen = self.compromise.parameters
+        values = ", ".join(f"{k} = {v:.4g}" for k, v in chosen.items())
+        first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
+        said = [first, *(f"  {sentence}" for sentence in self.reachability.sentences)]
+        for p in self.identifiability.parameters:
+            truth = f"; the truth is {p.truth:.4g}, the compromise {chosen[p.name]:.4g}"
+            said.append(f"  {p.sentence}{truth if p.truth is not None else ''}")
+        return said
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """The arrays of a calibration, kept in calibration.npz.
+
+    Attributes
+    ----------
+    points (p, d), objectives (p, k) : the Pareto front, sorted by the first objective.
+    snapshots : generation -> objectives (n, k) of the whole population, 0 the random one.
+    kernels (m, q), noise (m,) : what the interpolant learnt (see `interpolant.Learnt`).
+    """
+
+    points: np.ndarray
+    objectives: np.ndarray
+    snapshots: dict[int, np.ndarray]
+    kernels: np.ndarray
+    noise: np.ndarray
+
+    def named(self) -> dict[str, np.ndarray]:
+        """The arrays by their names in the file."""
+        generations = {f"generation_{g}": found for g, found in self.snapshots.items()}
+        plain = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return {name: a for name, a in plain.items() if name != "snapshots"} | generations
+
+
+def arrays_path(space: Workspace) -> Path:
+    """Where a calibration keeps its arrays."""
+    return space.path / "calibration.npz"
+
+
+def hash_of(raw: bytes) -> str:
+    """Short hash of a file's bytes."""
+    return hashlib.sha256(raw).hexdigest()[:16]
+
+
+def read_traces(space: Workspace, calibration: Calibration) -> Traces:
+    """The arrays that a calibration left.
+
+    Raises CalibratorError, with the command to run, where they are missing or not its own.
+    """
+    path = arrays_path(space)
+    try:
+        if hash_of(read_bytes(path, links=False)) != calibration.arrays:
+            raise ValueError("they belong to another calibration")
+        found = read_arrays(path)
+    except (OSError, ValueError) as error:
+        raise CalibratorError(
+            f"cannot use {path} ({error}): run `{space.command('calibrate')}` again"
+        ) from None
+    snapshots = {
+        int(name.removeprefix("generation_")): array
+        for name, array in found.items()
+        if name.startswith("generation_")
     }
+    own = ("points", "objectives", "kernels", "noise")
+    return Traces(**{name: found[name] for name in own}, snapshots=snapshots)
 
 
-def reached(reach: Reachability) -> dict[str, Any]:
-    return {
-        "all": reach.joint.reachable and all(t.reachable for t in reach.targets),
-        "sentences": [t.sentence for t in reach.targets] + [reach.joint.sentence],
-        "missed": [t.key for t in reach.targets if not t.reachable],
-    }
-
-
-def identified(
-    problem: Problem, interpolant: Interpolant, truth: dict[str, float]
-) -> dict[str, Any]:
-    """Profile intervals per parameter, with the known truth where the lab is synthetic."""
-    found = identify(problem, interpolant)
-    profiles = [
+def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
+    """Fingerprint of all that a calibration is computed from."""
+    problem = case.problem
+    return fingerprint(
         {
-            "name": p.name,
-            "best": p.best,
-            "interval_68": list(p.interval_68),
-            "interval_95": list(p.interval_95),
-            "pinned": p.pinned,
-            "sentence": p.sentence,
-            "truth": truth.get(p.name),
-            "positions": p.positions.tolist(),
-            "chi2": p.chi2.tolist(),
+            "targets": problem.targets,
+            "parameters": problem.parameters,
+            "fixed values": problem.fixed,
+            "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
+            "interpolation": case.interpolation,
+            "plan": case.plan,
+            "search settings": case.search,
+            "verify.replicates": case.verify.replicates,
+            "truth": case.truth,
+            "runs": contents(records),
         }
-        for p in found.parameters
-    ]
-    return {
-        "chi2": found.chi2,
-        "parameters": profiles,
-        "correlation": found.correlation.tolist(),
-        "accepted": found.accepted[:: max(1, len(found.accepted) // ACCEPTED)].tolist(),
-        "assumed": list(found.assumed),
-    }
+    )
+
+
+def current_calibration(space: Workspace, records: Sequence[Record] | None = None) -> Calibration:
+    """The calibration, if the case and the database are still those that it was made from.
+
+    records : the database's, where the caller has them.
+    Raises CalibratorError, with the command to run, where there is none or it is stale.
+    """
+    known = database_records(space) if records is None else records
+    return space.current("calibrate", Calibration, rests_on(space.case, known))

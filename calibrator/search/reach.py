@@ -3,86 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from calibrator.case.problem import Problem
 from calibrator.responses.box import box_sample, corners, refined
 from calibrator.responses.interpolant import Interpolant
-from calibrator.responses.targets import target_columns, target_errors
+from calibrator.responses.targets import bands, target_columns
+from calibrator.search.outcome import JointReach, Reachability, TargetReach
 
-OUT_OF_REACH = 2.0  # combined standard errors
 Predict = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
-@dataclass(frozen=True)
-class TargetReach:
-    """How close the interpolated response comes to one target anywhere in the box.
-
-    low and high bound the values found, best is the nearest to the target value, gap its distance
-    in combined standard errors of target and interpolant; the target is out of reach beyond 2.
-    """
-
-    key: str
-    value: float
-    low: float
-    high: float
-    best: float
-    gap: float
-
-    @property
-    def reachable(self) -> bool:
-        """Whether the target lies within 2 combined standard errors of a reachable value."""
-        return self.gap <= OUT_OF_REACH
-
-    @property
-    def sentence(self) -> str:
-        """The finding in plain words."""
-        span = f"the box reaches {self.low:.4g} to {self.high:.4g}"
-        if self.reachable:
-            return f"{self.key} = {self.value:.4g} can be reached: {span}"
-        return (
-            f"{self.key} = {self.value:.4g} cannot be reached: {span}, {self.gap:.1f} standard"
-            " errors short; widen the bounds"
-        )
-
-
-@dataclass(frozen=True)
-class JointReach:
-    """The point (d,) of the box where the worst-met target is met best, its misfit in combined
-    standard errors and its key.
-    """
-
-    misfit: float
-    worst: str
-    point: tuple[float, ...]
-
-    @property
-    def reachable(self) -> bool:
-        """Whether some point meets every target within 2 combined standard errors."""
-        return self.misfit <= OUT_OF_REACH
-
-    @property
-    def sentence(self) -> str:
-        """The finding in plain words."""
-        if self.reachable:
-            return (
-                f"all targets can be met together, the worst ({self.worst}) within"
-                f" {self.misfit:.1f} standard errors"
-            )
-        return (
-            f"the targets cannot be met together: {self.worst} stays {self.misfit:.1f} standard"
-            " errors off at best"
-        )
-
-
-@dataclass(frozen=True)
-class Reachability:
-    """Each target by itself, and all of them at one point."""
-
-    targets: tuple[TargetReach, ...]
-    joint: JointReach
 
 
 def unreachable(
@@ -92,8 +22,8 @@ def unreachable(
 
     The interpolant is asked at a Sobol sample and the corners of the box; the closest approach to
     each target, and to all of them together, is refined in boxes that shrink around it. Distances
-    are in combined standard errors, those of the target (see `objectives.target_errors`) and of the
-    interpolant added in quadrature.
+    are in combined standard errors: half the band within which a mean without seed noise meets the
+    target (see `targets.bands`), and the interpolant's, added in quadrature.
     """
     rng = np.random.default_rng(seed)
     predict = _target_predictions(problem, interpolant)
@@ -117,8 +47,9 @@ def _target_predictions(problem: Problem, interpolant: Interpolant) -> Predict:
     """Function from points (n, d) to the predictions of the targets and their misfits in combined
     standard errors, (n, t).
     """
-    columns, (errors, _) = target_columns(problem, interpolant.responses), target_errors(problem)
+    columns = target_columns(problem, interpolant.responses)
     values = np.array([target.value for target in problem.targets])
+    errors = bands(problem.targets, np.zeros(len(values)), 1) / 2
 
     def predict(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         mean, std = interpolant.predict_with_error(points)

@@ -10,38 +10,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import sobol_indices, uniform
 
 from calibrator.case.problem import Problem
 from calibrator.responses.interpolant import Interpolant
+from calibrator.search.outcome import Sensitivity
 
 SAMPLES = 2**9  # per matrix of Saltelli's scheme: (d + 2) times as many predictions
 
 # of the scheme, each with a Sobol sequence scrambled anew: their scatter is the sampling error
 REPEATS = 8
 TWO_SIDED_95 = 1.96
-
-
-@dataclass(frozen=True, eq=False)
-class Sensitivity:
-    """Shares of the variance of each response, parameters uniform on their scale over the box.
-
-    Attributes
-    ----------
-    responses : m keys; parameters : d names.
-    first, total : (m, d) share due to the parameter alone, and with all its interactions.
-    first_error, total_error : (m, d) half widths of the 95 % intervals.
-    """
-
-    responses: list[str]
-    parameters: list[str]
-    first: np.ndarray
-    total: np.ndarray
-    first_error: np.ndarray
-    total_error: np.ndarray
 
 
 def sensitivity(
@@ -62,7 +43,12 @@ def sensitivity(
     spread = _jackknife(np.array(parts)) if len(parts) > 1 else np.zeros_like(indices)
     first_error, total_error = TWO_SIDED_95 * np.hypot(sampling, spread)
     return Sensitivity(
-        interpolant.responses, problem.names, indices[0], indices[1], first_error, total_error
+        tuple(interpolant.responses),
+        tuple(problem.names),
+        indices[0],
+        indices[1],
+        first_error,
+        total_error,
     )
 
 

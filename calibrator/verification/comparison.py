@@ -3,102 +3,81 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from calibrator.case.problem import Target
+from calibrator.responses.targets import bands, met
 from calibrator.runs.record import Record
+from calibrator.search.outcome import Promise
+from calibrator.verification.outcome import Comparison
 
 
-@dataclass(frozen=True)
-class Check:
-    """One response at one candidate: target, promise and fresh runs, all in the response's unit.
-
-    predicted and predicted_error are the interpolant's mean and its standard error (None for a
-    response that was not interpolated); simulated, scatter and runs are mean, standard deviation
-    and number of the fresh runs; noise is the standard deviation of one run that the band uses: the
-    database's where there is one, else the larger of `scatter` and the measurement's own.
-    """
-
-    target: Target
-    predicted: float | None
-    predicted_error: float | None
-    simulated: float
-    scatter: float
-    noise: float
-    runs: int
-
-    @property
-    def band(self) -> float:
-        """How far from the target still counts as met: the tolerance or twice the seed noise,
-        whichever is larger.
-        """
-        return max(self.target.tolerance * abs(self.target.value), 2 * self.noise)
-
-    @property
-    def relative_error(self) -> float:
-        """(simulated - target)/target."""
-        return (self.simulated - self.target.value) / abs(self.target.value)
-
-    @property
-    def passed(self) -> bool:
-        """True if the mean of the fresh runs lies within the band around the target."""
-        return abs(self.simulated - self.target.value) <= self.band
-
-    @property
-    def standard_error(self) -> float:
-        """Standard error of the mean of the fresh runs."""
-        return self.noise / math.sqrt(self.runs)
-
-    @property
-    def promise_kept(self) -> bool | None:
-        """True if simulation and prediction agree within two combined standard errors;
-
-        None without a prediction.
-        """
-        if self.predicted is None or self.predicted_error is None:
-            return None
-        return abs(self.simulated - self.predicted) <= 2 * math.hypot(
-            self.predicted_error, self.standard_error
-        )
-
-
-def check(
+def compare(
     targets: Sequence[Target],
     records: Sequence[Record],
-    predicted: dict[str, tuple[float, float]] | None = None,
-    noise: dict[str, float] | None = None,
-) -> list[Check]:
-    """Compare the good runs among the records with the targets.
+    promised: Mapping[str, Promise] | None = None,
+    noise: Mapping[str, float] | None = None,
+) -> tuple[Comparison, ...]:
+    """Compare fresh runs with the targets, one comparison per target.
 
-    predicted : {key: (mean, standard error)} of the interpolant; noise : {key: standard deviation
-    of one run}. Targets without a single good run are left out; the caller tells the user how many
-    runs failed and why.
+    promised : what the interpolant said, by key; noise : standard deviation of one run in the
+    response's unit, by key. Where the database knows no noise it is the larger of the fresh runs'
+    own scatter, which can be small by chance, and the measurement's.
     """
-    checks = []
-    for target in targets:
-        values = [
-            r.responses[target.response]
-            for r in records
-            if r.status == "ok"
-            and r.request.setup == target.setup
-            and target.response in r.responses
-        ]
-        if not values:
-            continue
-        scatter = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
-        mean, error = (predicted or {}).get(target.key, (None, None))
-        # Where the database knows nothing, the larger of two scatters: that of a few runs alone can
-        # be small by chance.
-        one_run = (noise or {}).get(target.key, max(scatter, target.scatter))
-        checks.append(
-            Check(target, mean, error, float(np.mean(values)), scatter, one_run, len(values))
-        )
-    return checks
+    return tuple(
+        _compared(target, records, (promised or {}).get(target.key), (noise or {}).get(target.key))
+        for target in targets
+    )
 
 
-def error_o1(checks: Sequence[Check]) -> float:
-    """O1 of Eq. (3)-(4) at the mean of the fresh runs."""
-    return sum(c.target.weight * abs(c.relative_error) for c in checks)
+def _compared(
+    target: Target, records: Sequence[Record], promise: Promise | None, noise: float | None
+) -> Comparison:
+    own = [r for r in records if r.request.setup == target.setup]
+    values = [
+        r.responses[target.response]
+        for r in own
+        if r.status == "ok" and target.response in r.responses
+    ]
+    scatter = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
+    one_run = max(scatter, target.scatter) if noise is None else noise
+    mean = float(np.mean(values)) if values else None
+    error = one_run / math.sqrt(len(values)) if values else None
+    shape, runs = (target,), max(len(values), 1)
+    passed = mean is not None and bool(met(shape, np.array([mean]), np.array([one_run]), runs)[0])
+    return Comparison(
+        key=target.key,
+        target=target.value,
+        target_error=target.standard_error,
+        scale=target.scale,
+        predicted=promise.mean if promise else None,
+        predicted_error=promise.error if promise else None,
+        simulated=mean,
+        scatter=scatter if values else None,
+        standard_error=error,
+        runs=len(values),
+        attempted=len(own),
+        relative_error=None if mean is None else (mean - target.value) / target.scale,
+        band=float(bands(shape, np.array([one_run]), runs)[0]),
+        passed=passed,
+        promise_kept=_kept(promise, mean, error),
+    )
+
+
+def _kept(promise: Promise | None, mean: float | None, error: float | None) -> bool | None:
+    """Whether simulation and promise agree within two combined standard errors; None unless both
+    are there.
+    """
+    if promise is None or mean is None or error is None:
+        return None
+    return abs(mean - promise.mean) <= 2 * math.hypot(promise.error, error)
+
+
+def error_o1(targets: Sequence[Target], comparisons: Sequence[Comparison]) -> float | None:
+    """O1 of Eq. (3)-(4) at the mean of the fresh runs; None where a target was not measured."""
+    errors = [c.relative_error for c in comparisons]
+    if any(e is None for e in errors):
+        return None
+    return sum(t.weight * abs(e) for t, e in zip(targets, errors, strict=True) if e is not None)

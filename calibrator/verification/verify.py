@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
-import numpy as np
-
+from calibrator.case.fingerprint import Fingerprint, fingerprint
+from calibrator.case.problem import Target
+from calibrator.case.settings import Replicates
 from calibrator.case.vocabulary import SETUPS
 from calibrator.plan.requests import make_request, replicate_requests
 from calibrator.runs.database import Database
@@ -17,139 +17,161 @@ from calibrator.runs.workspace import (
     Report,
     Workspace,
     carry_out,
+    contents,
     counts,
     for_new_seeds,
     made_by,
     silent,
 )
-from calibrator.verification.comparison import Check, check, error_o1
+from calibrator.search.outcome import COMPROMISE, Calibration, Promise, current_calibration
+from calibrator.verification.comparison import compare, error_o1
+from calibrator.verification.outcome import Validation, Verdict, Verification, all_passed
+
+Requests = dict[str, list[Request]]
+"""Fresh runs by candidate."""
 
 
-def candidate_points(space: Workspace) -> dict[str, np.ndarray]:
-    """{label: parameter set (d,)} of the calibration's candidates, the compromise first."""
-    found = space.outcome("calibrate")["candidates"]
-    ordered = ["compromise", *(k for k in found if k != "compromise")]
-    return {
-        k: np.array([found[k]["parameters"][n] for n in space.case.problem.names]) for k in ordered
-    }
+def verification_requests(space: Workspace, calibration: Calibration) -> Requests:
+    """Fresh seeds on the calibration's own set-ups: many for the compromise, a few for the others."""
+    case = space.case
+    return _requests(space, calibration, case.verify, case.problem.calibration_setups)
 
 
-def verification_requests(space: Workspace) -> dict[str, list[Request]]:
-    """Fresh seeds on the calibration's own set-ups, per candidate: many for the compromise, a few
-    for the others.
-    """
-    case, requests = space.case, {}
-    for index, (label, point) in enumerate(candidate_points(space).items()):
-        count = case.verify.replicates if label == "compromise" else case.verify.spread_replicates
-        fresh = dataclasses.replace(case.verify, replicates=max(count, 1))
+def validation_requests(space: Workspace, calibration: Calibration) -> Requests:
+    """Fresh seeds on every set-up with a target held out; of the others only where asked for."""
+    held_out = space.case.problem.held_out
+    setups = [s for s in SETUPS if any(t.setup == s for t in held_out)]
+    return _requests(space, calibration, space.case.validate, setups)
+
+
+def _requests(
+    space: Workspace, calibration: Calibration, settings: Replicates, setups: Sequence[str]
+) -> Requests:
+    requests = {}
+    for index, (label, candidate) in enumerate(calibration.ordered.items()):
+        count = settings.replicates if label == COMPROMISE else settings.spread_replicates
+        fresh = dataclasses.replace(settings, replicates=max(count, 1))
+        point = candidate.point(space.case.problem.names)
         if count:
             requests[label] = [
-                r
-                for s in case.problem.calibration_setups
-                for r in replicate_requests(case, s, point, fresh, index)
+                r for s in setups for r in replicate_requests(space.case, s, point, fresh, index)
             ]
     return requests
 
 
-def verify(space: Workspace, report: Report = silent) -> dict[str, Any]:
+def verify(space: Workspace, report: Report = silent) -> Verification:
     """Run YADE afresh at the candidates, on the set-ups used, and compare with promise and target.
 
-    Never uses the plan's runs; those of `verify.shipped` only, where a case has it.
+    Never uses the plan's runs; those of `verify.shipped` only, where a case has it. Raises
+    CalibratorError where the calibration is missing or stale.
     """
-    space = for_new_seeds(space, space.case.verify)
-    calibration, requests = space.outcome("calibrate"), verification_requests(space)
-    records = carry_out(space, [r for own in requests.values() for r in own], report)
-    Database(records).write(space.folder() / "verification.csv", made_by(space, "verify"))
-    by_id = {r.run_id: r for r in records}
-    outcome = {}
-    for label, own in requests.items():
-        predicted = {
-            k: (v["mean"], v["error"])
-            for k, v in calibration["candidates"][label]["predicted"].items()
-        }
-        done = [by_id[r.run_id] for r in own if r.run_id in by_id]
-        outcome[label] = _verdict(
+    calibration, targets = current_calibration(space), space.case.problem.targets
+    requests = verification_requests(space, calibration)
+    done = _carried_out(space, "verify", space.case.verify, requests, report)
+    verdicts = {
+        label: _verdict(
             space,
-            check(space.case.problem.targets, done, predicted, calibration["seed_noise"]),
-            done,
+            targets,
+            own,
+            space.case.verify,
+            calibration.candidates[label].predicted,
+            calibration.seed_noise,
         )
-    return space.note("verify", {"passed": outcome["compromise"]["passed"], "candidates": outcome})
+        for label, own in done.items()
+    }
+    rests_on = verification_rests_on(space, calibration, done)
+    passed = verdicts[COMPROMISE].passed
+    return space.note("verify", Verification(passed, verdicts, rests_on))
 
 
-def validation_requests(space: Workspace) -> dict[str, list[Request]]:
-    """Fresh seeds per candidate on every set-up that only held-out targets know; of the others only
-    where asked for.
+def validate(space: Workspace, report: Report = silent) -> Validation:
+    """Predict the held-out measurements with fresh runs of the compromise.
+
+    See `verify` for the runs it uses. Raises CalibratorError where the calibration is missing or
+    stale.
     """
-    case, requests = space.case, {}
-    setups = [s for s in SETUPS if any(t.setup == s for t in case.problem.held_out)]
-    for index, (label, point) in enumerate(candidate_points(space).items()):
-        count = (
-            case.validate.replicates if label == "compromise" else case.validate.spread_replicates
-        )
-        fresh = dataclasses.replace(case.validate, replicates=max(count, 1))
-        if count:
-            requests[label] = [
-                r for s in setups for r in replicate_requests(case, s, point, fresh, index)
-            ]
-    return requests
+    calibration, targets = current_calibration(space), space.case.problem.held_out
+    requests = validation_requests(space, calibration)
+    done = _carried_out(space, "validate", space.case.validate, requests, report)
+    verdicts = {
+        label: _verdict(space, targets, own, space.case.validate) for label, own in done.items()
+    }
+    compromise = verdicts.pop(COMPROMISE)
+    fields = {f.name: getattr(compromise, f.name) for f in dataclasses.fields(compromise)}
+    rests_on = validation_rests_on(space, calibration, done)
+    return space.note("validate", Validation(**fields, candidates=verdicts, fingerprint=rests_on))
 
 
-def validate(space: Workspace, report: Report = silent) -> dict[str, Any]:
-    """Predict the held-out measurements with fresh runs of the compromise; see `verify` for the
-    runs it uses.
-
-    The outcome is the compromise's verdict; those of the other candidates, where asked for, are
-    under "candidates".
-    """
-    space = for_new_seeds(space, space.case.validate)
-    requests = validation_requests(space)
-    records = carry_out(space, [r for own in requests.values() for r in own], report)
-    Database(records).write(space.folder() / "validation.csv", made_by(space, "validate"))
+def _carried_out(
+    space: Workspace, verb: str, settings: Replicates, requests: Requests, report: Report
+) -> dict[str, list[Record]]:
+    """Finished fresh runs by candidate, and all of them as a CSV."""
+    afresh = for_new_seeds(space, settings)
+    records = carry_out(afresh, [r for own in requests.values() for r in own], report)
+    name = {"verify": "verification.csv", "validate": "validation.csv"}[verb]
+    Database(records).write(space.folder() / name, made_by(space, verb))
     by_id = {r.run_id: r for r in records}
-    verdicts = {}
-    for label, own in requests.items():
-        done = [by_id[r.run_id] for r in own if r.run_id in by_id]
-        verdicts[label] = _verdict(space, check(space.case.problem.held_out, done), done)
-    compromise = verdicts.pop("compromise")
-    return space.note("validate", {**compromise, "candidates": verdicts})
+    return {
+        label: [by_id[r.run_id] for r in own if r.run_id in by_id]
+        for label, own in requests.items()
+    }
 
 
 def _verdict(
-    space: Workspace, checks: Sequence[Check], records: Sequence[Record]
-) -> dict[str, Any]:
-    rows = [
-        {
-            "key": c.target.key,
-            "target": c.target.value,
-            "target_error": c.target.standard_error,
-            "predicted": c.predicted,
-            "predicted_error": c.predicted_error,
-            "simulated": c.simulated,
-            "scatter": c.scatter,
-            "standard_error": c.standard_error,
-            "runs": c.runs,
-            "relative_error": c.relative_error,
-            "band": c.band,
-            "passed": c.passed,
-            "promise_kept": c.promise_kept,
-        }
-        for c in checks
-    ]
-    return {
-        "responses": rows,
-        "passed": bool(rows) and all(c.passed for c in checks),
-        "o1": error_o1(checks),
-        "from_shipped_database": len(space.shipped().find([r.request for r in records])),
+    space: Workspace,
+    targets: Sequence[Target],
+    records: Sequence[Record],
+    settings: Replicates,
+    promised: Mapping[str, Promise] | None = None,
+    noise: Mapping[str, float] | None = None,
+) -> Verdict:
+    comparisons = compare(targets, records, promised, noise)
+    shipped = for_new_seeds(space, settings).shipped()
+    return Verdict(
+        responses=comparisons,
+        passed=all_passed(comparisons),
+        o1=error_o1(targets, comparisons),
+        from_shipped_database=len(shipped.find([r.request for r in records])),
         **counts(records),
-    }
-
-
-def probe_request(space: Workspace, setup: str, label: str = "compromise") -> Request:
-    """The first fresh run of a candidate on a set-up: the one whose grains the report draws."""
-    point = candidate_points(space)[label]
-    seed = (
-        space.case.verify.seed
-        if setup in space.case.problem.calibration_setups
-        else space.case.validate.seed
     )
-    return make_request(space.case, setup, point, seed)
+
+
+def verification_rests_on(
+    space: Workspace, calibration: Calibration, done: Mapping[str, Sequence[Record]]
+) -> Fingerprint:
+    """Fingerprint of all that a verification is computed from."""
+    return _rests_on(space, calibration, space.case.verify, space.case.problem.targets, done)
+
+
+def validation_rests_on(
+    space: Workspace, calibration: Calibration, done: Mapping[str, Sequence[Record]]
+) -> Fingerprint:
+    """Fingerprint of all that a validation is computed from."""
+    return _rests_on(space, calibration, space.case.validate, space.case.problem.held_out, done)
+
+
+def _rests_on(
+    space: Workspace,
+    calibration: Calibration,
+    settings: Replicates,
+    targets: Sequence[Target],
+    done: Mapping[str, Sequence[Record]],
+) -> Fingerprint:
+    setups = {t.setup: space.case.problem.setups.get(t.setup, {}) for t in targets}
+    return fingerprint(
+        {
+            "calibration": (calibration.fingerprint, calibration.candidates),
+            "targets": targets,
+            "set-ups": setups,
+            "replicates and seeds": dataclasses.replace(settings, shipped=""),
+            "runs": {label: contents(records) for label, records in done.items()},
+        }
+    )
+
+
+def probe_request(space: Workspace, calibration: Calibration, setup: str) -> Request:
+    """The first fresh run of the compromise on a set-up: the one whose grains the report draws."""
+    case = space.case
+    point = calibration.compromise.point(case.problem.names)
+    used = setup in case.problem.calibration_setups
+    return make_request(case, setup, point, (case.verify if used else case.validate).seed)

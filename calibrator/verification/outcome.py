@@ -1,0 +1,155 @@
+"""What verification and validation found, as values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calibrator.case.fingerprint import Fingerprint
+from calibrator.runs.workspace import Counts
+from calibrator.search.outcome import COMPROMISE
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One response at one candidate: target, promise and fresh runs, all in the response's unit.
+
+    Attributes
+    ----------
+    target, target_error : measured mean and its standard error; scale : what relative errors refer
+        to (see `problem.Target.scale`).
+    predicted, predicted_error : the interpolant's mean and standard error; None for a response that
+        was not interpolated.
+    simulated, scatter, standard_error : mean of the fresh runs, standard deviation of one, and
+        standard error of the mean; None where no run measured the response.
+    runs : fresh runs that measured it; attempted : all that were made.
+    relative_error : (simulated - target) / scale; band : how far from the target counts as met.
+    passed : whether the mean lies within the band; what nothing measured is missed.
+    promise_kept : whether simulation and prediction agree within two combined standard errors.
+    """
+
+    key: str
+    target: float
+    target_error: float
+    scale: float
+    predicted: float | None
+    predicted_error: float | None
+    simulated: float | None
+    scatter: float | None
+    standard_error: float | None
+    runs: int
+    attempted: int
+    relative_error: float | None
+    band: float
+    passed: bool
+    promise_kept: bool | None
+
+    @property
+    def line(self) -> str:
+        """The comparison in plain words."""
+        promise = "" if self.predicted is None else f", predicted {self.predicted:.5g}"
+        start = f"{self.key}: target {self.target:.5g}{promise}, "
+        if self.simulated is None or self.relative_error is None:
+            return f"{start}not measured by any of {self.attempted} fresh runs: MISSED"
+        error = "" if self.standard_error is None else f" +- {self.standard_error:.2g}"
+        return (
+            f"{start}simulated {self.simulated:.5g}{error} ({self.relative_error:+.1%}, band"
+            f" {self.band / self.scale:.1%}): {'met' if self.passed else 'MISSED'}"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict(Counts):
+    """The fresh runs of one candidate against its targets.
+
+    responses : one comparison per target; passed : whether every target is met; o1 : Eq. (3)-(4) at
+    the mean of the fresh runs, None where a target was not measured; from_shipped_database : runs
+    that come with the project; statuses, failed and yade are those of the fresh runs.
+    """
+
+    responses: tuple[Comparison, ...]
+    passed: bool
+    o1: float | None
+    from_shipped_database: int
+
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """Keys of the targets that are not met."""
+        return tuple(r.key for r in self.responses if not r.passed)
+
+    @property
+    def unmeasured(self) -> tuple[str, ...]:
+        """Keys of the targets that no fresh run measured."""
+        return tuple(r.key for r in self.responses if r.simulated is None)
+
+    @property
+    def endings(self) -> str:
+        """How the runs ended, where not all ended well: "1 ok, 3 clogged"."""
+        return ", ".join(f"{n} {kind}" for kind, n in self.statuses.items())
+
+    def lines(self) -> list[str]:
+        """The verdict in plain words."""
+        o1 = "O1 not known" if self.o1 is None else f"O1 = {self.o1:.4f}"
+        runs = "" if self.good == self.total else f"; runs: {self.endings}"
+        shipped = (
+            f" ({self.from_shipped_database} of its runs come with the project)"
+            if self.from_shipped_database
+            else ""
+        )
+        first = f"{'passed' if self.passed else 'NOT passed'}, {o1}{runs}{shipped}"
+        failed = [f"  {run_id} {why}" for run_id, why in self.failed.items()]
+        return [first, *(f"  {r.line}" for r in self.responses), *failed]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Outcome of the verb `verify`: a verdict for each candidate; passed is the compromise's."""
+
+    passed: bool
+    candidates: dict[str, Verdict]
+    fingerprint: Fingerprint
+
+    def lines(self) -> list[str]:
+        """The verdicts in plain words, and what to do where the compromise failed."""
+        said = _by_label(self.candidates)
+        if not self.passed:
+            said.append(
+                "  to go on: name a copy of database.csv as run.shipped and set plan.design ="
+                ' "adaptive" in the case; `calibrator run` then adds runs where they decide'
+            )
+        return said
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation(Verdict):
+    """Outcome of the verb `validate`: the compromise's verdict on the targets held out.
+
+    candidates : verdicts of the other candidates, where they were asked for.
+    """
+
+    candidates: dict[str, Verdict]
+    fingerprint: Fingerprint
+
+    @property
+    def by_candidate(self) -> dict[str, Verdict]:
+        """All verdicts, the compromise's first."""
+        return {COMPROMISE: self, **self.candidates}
+
+    def lines(self) -> list[str]:
+        """The verdicts in plain words."""
+        if not self.responses:
+            return ["nothing to validate: no measurement is held out"]
+        return [*super().lines(), *_by_label(self.candidates)]
+
+
+def _by_label(verdicts: dict[str, Verdict]) -> list[str]:
+    said: list[str] = []
+    for label, verdict in verdicts.items():
+        first, *others = verdict.lines()
+        said += [f"{label}: {first}", *others]
+    return said
+
+
+def all_passed(comparisons: Sequence[Comparison]) -> bool:
+    """Whether there is something to compare, and every target is met."""
+    return bool(comparisons) and all(c.passed for c in comparisons)
