@@ -5,12 +5,15 @@ The runs are made up; no YADE is started.
 
 import base64
 import csv
+import dataclasses
 import html.parser
 import io
 import json
 import random
 import re
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -22,10 +25,11 @@ from calibrator.case.toml import read_case
 from calibrator.errors import CalibratorError
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect
-from calibrator.report.page import write_report
+from calibrator.report.page import Page, write_report
 from calibrator.report.words import number, percent, with_error
 from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
+from calibrator.search.outcome import arrays_path, current_calibration
 from calibrator.verification.verify import (
     validate,
     validation_requests,
@@ -95,9 +99,10 @@ def calibrated(space, **kwargs):
 
 def finished(space):
     calibrated(space)
-    believe(space, [r for own in verification_requests(space).values() for r in own])
+    calibration = current_calibration(space)
+    believe(space, [r for own in verification_requests(space, calibration).values() for r in own])
     verify(space)
-    believe(space, [r for own in validation_requests(space).values() for r in own])
+    believe(space, [r for own in validation_requests(space, calibration).values() for r in own])
     validate(space)
     return space
 
@@ -152,13 +157,13 @@ def test_the_page_needs_nothing_but_itself(whole):
         for name in ("src", "href", "srcset", "data", "action"):
             assert attributes.get(name, "data:").startswith("data:")
     assert "url(" not in page and "@import" not in page
-    assert outcome["figures"]
+    assert outcome.figures
 
 
 def test_every_figure_of_the_folder_is_in_the_page_and_described(whole):
     space, outcome, page = whole
     files = sorted(str(p) for p in (space.path / "figures").glob("*.png"))
-    assert sorted(outcome["figures"]) == files
+    assert sorted(map(str, outcome.figures)) == files
     images = [a for tag, a in Outline(page).tags if tag == "img"]
     assert len(images) == len(files) and all(len(a["alt"]) > 20 for a in images)
     for attributes in images:
@@ -168,7 +173,7 @@ def test_every_figure_of_the_folder_is_in_the_page_and_described(whole):
 
 def test_a_finished_calibration_gets_all_its_figures(whole):
     _, outcome, _ = whole
-    names = {path.rsplit("/", 1)[1].removesuffix(".png") for path in outcome["figures"]}
+    names = {path.stem for path in outcome.figures}
     assert {f"packing_{s}" for s in ("hourglass", "ledge", "conical_pile")} <= names
     assert {f"profiles_{s}" for s in ("hourglass", "ledge", "conical_pile")} <= names
     assert {
@@ -198,19 +203,17 @@ def test_every_target_and_every_candidate_is_named(whole):
         "ledge equivalent angle (ledge)" in text and "pile equivalent angle (conical pile)" in text
     )
     headings = [m for m in re.findall(r"<th[^>]*>([^<]*)</th>", page)]
-    for label in space.outcome("calibrate")["candidates"]:
+    for label in current_calibration(space).candidates:
         assert headings.count(label.removeprefix("individual ")) >= 2, label
-    assert space.outcome("report") == outcome
+    assert space.outcome("report", Page) == outcome
 
 
 def test_the_answer_gives_values_intervals_and_the_verdict(whole):
     space, _, page = whole
     answer = re.search(r'<p class="answer">(.*?)</p>', page, re.DOTALL).group(1)
-    for profile in space.outcome("calibrate")["identifiability"]["parameters"]:
-        assert (
-            profile["name"].replace("_", " ") in answer
-            and number(profile["interval_95"][0], 3) in answer
-        )
+    for profile in current_calibration(space).identifiability.parameters:
+        assert profile.name.replace("_", " ") in answer
+        assert number(profile.interval_95[0], 3) in answer
     assert (
         "<b>Verified:</b>" in answer
         and "do not pin down</b> young modulus" in answer
@@ -229,7 +232,8 @@ def test_after_calibrate_alone_the_page_names_the_commands_to_run(tmp_path):
     assert "not verified yet" in text and "Verified:" not in text
     for picture in ("hourglass", "ledge", "conical pile"):
         assert f"The picture of the {picture} is missing" in text
-    assert "parity" in "".join(outcome["figures"]) and "packing" not in "".join(outcome["figures"])
+    names = "".join(map(str, outcome.figures))
+    assert "parity" in names and "packing" not in names
 
 
 def test_before_calibrate_there_is_no_report(tmp_path):
@@ -237,19 +241,56 @@ def test_before_calibrate_there_is_no_report(tmp_path):
         write_report(workspace(tmp_path))
 
 
-def test_a_verification_of_an_earlier_calibration_does_not_count(copy):
-    space = copy
-    calibration = space.outcome("calibrate")
-    for candidate in calibration["candidates"].values():
-        candidate["parameters"]["sliding_friction"] += 1e-3
-    space.note("calibrate", calibration)
-    write_report(space)
-    page = (space.path / "report.html").read_text()
-    assert (
-        "not verified yet" in page
-        and 'class="alarm"' in page
-        and "has changed since the calibration" in page
+def with_problem(space, **changes):
+    """The same results, seen from a case whose problem has changed."""
+    problem = dataclasses.replace(space.case.problem, **changes)
+    return dataclasses.replace(space, case=dataclasses.replace(space.case, problem=problem))
+
+
+def test_the_page_refuses_a_calibration_of_a_target_that_has_been_corrected(copy):
+    first, *others = copy.case.problem.targets
+    corrected = with_problem(
+        copy, targets=(dataclasses.replace(first, value=1.1 * first.value), *others)
     )
+    with pytest.raises(CalibratorError, match=r"targets changed since calibrate.*`calibrator cali"):
+        write_report(corrected)
+    calibrate(corrected)
+    with pytest.raises(CalibratorError, match=r"changed since verify: run `calibrator verify"):
+        write_report(corrected)
+
+
+def test_the_page_refuses_a_validation_of_another_measurement(copy):
+    corrected = with_problem(
+        copy,
+        held_out=tuple(dataclasses.replace(t, scatter=0.3) for t in copy.case.problem.held_out),
+    )
+    with pytest.raises(CalibratorError, match="targets changed since validate"):
+        write_report(corrected)
+
+
+def test_the_page_is_written_without_any_search(copy):
+    code = (
+        "import sys\n"
+        "for name in ('pymoo', 'moocore', 'calibrator.search.nsga2', 'calibrator.search.calibrate',"
+        " 'calibrator.search.identifiability', 'calibrator.search.reach'):\n"
+        "    sys.modules[name] = None\n"
+        "from pathlib import Path\n"
+        "from calibrator.case.toml import read_case\n"
+        "from calibrator.report.page import write_report\n"
+        "from calibrator.runs.workspace import Workspace\n"
+        f"write_report(Workspace(read_case({str(copy.case.path)!r}), Path({str(copy.path)!r})))\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_arrays_of_another_calibration_are_refused(copy):
+    path = arrays_path(copy)
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(CalibratorError, match="run `calibrator calibrate"):
+        write_report(copy)
+    path.unlink()
+    with pytest.raises(CalibratorError, match="run `calibrator calibrate"):
+        write_report(copy)
 
 
 def test_a_failed_verification_is_said_in_the_answer(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
-from calibrator.responses.targets import bands
+from calibrator.responses.targets import bands, met
 from calibrator.search.front import compromise, spread
 from calibrator.search.reach import unreachable
 
@@ -86,10 +86,28 @@ def test_spread_refuses_what_is_no_front(wrong):
         spread(wrong)
 
 
-def test_band_is_the_tolerance_but_never_less_than_two_seed_noises():
-    np.testing.assert_allclose(
-        bands(problem(tolerance=0.03), dict(zip(KEYS, (1.0, 5.0), strict=True))), [3, 10]
-    )
+def test_band_is_the_tolerance_but_never_less_than_two_standard_errors_of_both_means():
+    targets = problem(tolerance=0.03).targets
+    np.testing.assert_allclose(bands(targets, np.array([1.0, 5.0]), 1), [3, 10])
+    np.testing.assert_allclose(bands(targets, np.array([1.0, 5.0]), 25), [3, 6])
+    measured = problem(tolerance=0.03, scatter=12.0, replicates=16).targets
+    np.testing.assert_allclose(bands(measured, np.array([8.0, 8.0]), 4), [10, 10])
+
+
+def test_the_band_of_a_target_near_zero_comes_from_the_measurement():
+    near = Target("hourglass", "drained_asymmetry_deg", 0.05, scatter=1.0, replicates=16)
+    assert near.scale == pytest.approx(2 * 0.25 / 0.03)
+    zero = Target("hourglass", "drained_asymmetry_deg", 0.0, scatter=1.0, replicates=16)
+    for target in (near, zero):
+        np.testing.assert_allclose(bands([target], np.zeros(1), 1), [0.5])
+    with pytest.raises(CalibratorError, match="give its scatter"):
+        Target("hourglass", "drained_asymmetry_deg", 0.0)
+
+
+def test_what_has_no_value_is_not_met():
+    targets = problem(tolerance=0.03).targets
+    found = met(targets, np.array([[100.0, np.nan], [104.0, 205.0]]), np.zeros(2), 1)
+    np.testing.assert_array_equal(found, [[True, False], [False, True]])
 
 
 FRONT = np.array([[0.0, 3.0], [0.02, 2.0], [0.04, 1.0], [0.2, 0.0]])
@@ -105,14 +123,14 @@ def chosen(first, std=0.0, second=(200.0, 200.0, 200.0, 200.0), noise=0.0, repli
 
 def test_compromise_is_the_cheapest_member_that_meets_every_target():
     index, reason = chosen([100.0, 101.0, 102.0, 120.0])
-    assert index == 2 and "cheapest of the 3 (of 4)" in reason and "in reserve" in reason
+    assert index == 2 and "cheapest of the 3 (of 4)" in reason and "100%" in reason
 
 
-def test_compromise_reserves_two_standard_errors_of_the_interpolant():
+def test_compromise_keeps_off_the_edge_of_a_band_that_the_interpolant_is_not_sure_of():
     assert chosen([100.0, 101.0, 102.0, 120.0], std=0.75)[0] == 1
 
 
-def test_compromise_reserves_less_the_more_runs_will_verify_it():
+def test_compromise_goes_nearer_to_the_edge_the_more_runs_will_verify_it():
     assert chosen([100.0, 101.0, 102.0, 120.0], noise=1.0, replicates=1)[0] == 1
     assert chosen([100.0, 101.0, 102.0, 120.0], noise=1.0, replicates=16)[0] == 2
 
@@ -121,9 +139,18 @@ def test_compromise_asks_for_all_targets_not_their_sum():
     assert chosen([100.0, 101.0, 102.0, 100.0], second=(200.0, 200.0, 207.0, 210.0))[0] == 1
 
 
-def test_compromise_gives_the_reserve_up_before_the_targets():
+def test_compromise_with_little_chance_is_nearly_the_likeliest_and_says_how_likely():
     index, reason = chosen([100.0, 101.0, 102.0, 120.0], std=5.0)
-    assert index == 2 and "nothing in reserve" in reason
+    # P(|N(1, 5)| < 3) P(|N(0, 5)| < 6), and 2 % less than that of the member without a miss
+    assert index == 1 and "34%" in reason
+
+
+def test_the_cheapest_is_so_by_the_objective_that_is_not_the_error_in_either_order():
+    predicted = dict(zip(KEYS, np.array([[100.0, 101.0, 102.0, 120.0], [200.0] * 4]), strict=True))
+    none = {key: np.zeros(4) for key in KEYS}
+    noise = dict.fromkeys(KEYS, 0.0)
+    given = (problem(tolerance=0.03), FRONT[:, ::-1], predicted, none, noise)
+    assert compromise(*given, names=("time_cost", "error"))[0] == 2
 
 
 def test_compromise_of_a_front_without_success_is_the_smallest_error_and_names_the_miss():
@@ -183,6 +210,8 @@ def test_reachability_finds_an_extreme_inside_the_box():
             )
 
     reach = unreachable(
-        problem(first=110.0, second=90.0, scatter=1.0), Peak([[0, 0], [0, 0]], [0, 0]), samples=2**8
+        problem(first=110.0, second=90.0, scatter=1.0, tolerance=0.01),
+        Peak([[0, 0], [0, 0]], [0, 0]),
+        samples=2**8,
     ).targets[0]
     assert reach.best == pytest.approx(100, abs=0.01) and reach.gap == pytest.approx(10, rel=1e-3)

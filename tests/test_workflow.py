@@ -21,6 +21,7 @@ from calibrator.plan.seeds import SUBSTITUTE_SEED
 from calibrator.runs import workspace
 from calibrator.runs.database import Database
 from calibrator.search.calibrate import calibrate
+from calibrator.search.outcome import current_calibration
 from calibrator.verification.verify import verification_requests, verify
 
 REPO = Path(__file__).resolve().parent.parent
@@ -92,7 +93,7 @@ def test_a_clogged_run_gets_a_substitute_and_stays_counted(write_case, tmp_path,
         json.dumps({str(clogged.parameters["seed"]): "clog"})
     )
     outcome = run_plan(space)
-    assert outcome["statuses"] == {"clogged": 1, "ok": 8}
+    assert outcome.statuses == {"clogged": 1, "ok": 8}
     collect(space)
     seeds = {
         r.request.parameters["seed"]
@@ -106,22 +107,21 @@ def test_shipped_runs_start_a_plan_but_never_a_verification(write_case, tmp_path
     first = space_for(path, tmp_path / "first")
     for verb in (run_plan, collect, calibrate, verify):
         verb(first)
+    calibration = current_calibration(first)
     everything = [
         *database_records(first),
-        *(r for q in verification_requests(first).values() for r in first.finished(q)),
+        *(r for q in verification_requests(first, calibration).values() for r in first.finished(q)),
     ]
     Database(everything).write(tmp_path / "shipped.csv")
     shipping = write_case(("jobs = 1", 'jobs = 1\nshipped = "shipped.csv"'))
     second = space_for(shipping, tmp_path / "second")
-    assert run_plan(second)["from_shipped_database"] == 28
+    assert run_plan(second).from_shipped_database == 28
     assert not (second.path / "calls.txt").exists()
-    calibrate(second)
+    requests = verification_requests(second, calibrate(second))
     verify(second)
-    assert len((second.path / "calls.txt").read_text().split()) == sum(
-        map(len, verification_requests(second).values())
-    )
+    assert len((second.path / "calls.txt").read_text().split()) == sum(map(len, requests.values()))
     fresh = space_for(shipping, tmp_path / "third", fresh=True)
-    assert run_plan(fresh)["from_shipped_database"] == 0
+    assert run_plan(fresh).from_shipped_database == 0
 
 
 def test_an_unreachable_target_is_said_before_and_after(write_case, tmp_path, fake_yade):
@@ -131,11 +131,10 @@ def test_an_unreachable_target_is_said_before_and_after(write_case, tmp_path, fa
             before = calibrate(space)
         after = verb(space)
     assert (
-        before["reachability"]["missed"] == ["hourglass.bulk_density"]
-        and not before["reachability"]["all"]
+        before.reachability.missed == ("hourglass.bulk_density",) and not before.reachability.all
     )
-    rows = {r["key"]: r["passed"] for r in after["candidates"]["compromise"]["responses"]}
-    assert not after["passed"] and not rows["hourglass.bulk_density"]
+    rows = {r.key: r.passed for r in after.candidates["compromise"].responses}
+    assert not after.passed and not rows["hourglass.bulk_density"]
 
 
 def test_a_plan_beyond_its_budget_does_not_start(write_case, tmp_path, fake_yade):
@@ -189,10 +188,8 @@ def test_plan_writes_a_table_that_holds_every_run(write_case, tmp_path):
     space = space_for(write_case(('design = "sobol"', 'design = "grid"')), tmp_path)
     outcome = forecast.plan(space)
     lines = (space.path / "plan" / "hourglass.table").read_text().splitlines()
-    assert outcome["runs"] == 4 * 4 * 2 * 2 == len(lines) - 1
-    assert outcome["core_hours"] == pytest.approx(
-        sum(s["core_hours"] for s in outcome["setups"].values())
-    )
+    assert outcome.runs == 4 * 4 * 2 * 2 == len(lines) - 1
+    assert outcome.core_hours == pytest.approx(sum(s.core_hours for s in outcome.setups.values()))
 
 
 def test_a_published_verification_is_followed_without_simulating_and_only_by_its_own_runs(

@@ -12,7 +12,7 @@ from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
 from calibrator.responses.targets import bands, chances, met, relative_errors
 
-NEARLY = 0.9  # of the highest chance of being verified: more would cost computing time for little
+NEARLY = 0.95  # of the highest chance of being verified: more would cost time for little
 
 
 def spread(objectives: np.ndarray, count: int = 4) -> np.ndarray:

@@ -297,8 +297,10 @@ class Calibration(Counts):
         first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
         said = [first, *(f"  {sentence}" for sentence in self.reachability.sentences)]
         for p in self.identifiability.parameters:
-            truth = f"; the truth is {p.truth:.4g}, the compromise {chosen[p.name]:.4g}"
-            said.append(f"  {p.sentence}{truth if p.truth is not None else ''}")
+            truth = ""
+            if p.truth is not None:
+                truth = f"; the truth is {p.truth:.4g}, the compromise {chosen[p.name]:.4g}"
+            said.append(f"  {p.sentence}{truth}")
         return said
 
 
