@@ -44,7 +44,7 @@ class Verb:
 
 VERBS = {
     "check": Verb("find everything wrong with a case before a run is made", "check:check_case"),
-    "plan": Verb("write the yade-batch tables and predict the cost", "plan.forecast:plan"),
+    "plan": Verb("write the yade-batch tables and predict the cost", "plan.forecast:forecast"),
     "run": Verb("carry out the plan on YADE; resumes", "plan.run:run_plan", True),
     "collect": Verb("gather finished runs into the response database", "plan.run:collect"),
     "calibrate": Verb(

@@ -15,7 +15,7 @@ FLOORS = [
     ["search", "diagnosis"],
     ["verification"],
     ["check", "report", "terminal"],
-    ["cli"],
+    ["cli", "summary"],
 ]
 GROUND = {"errors", "files", "threads"}  # single modules that everything may use
 FENCED = {

@@ -14,7 +14,7 @@ from conftest import LAB
 from calibrator.case.toml import read_case
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
-from calibrator.plan import forecast
+from calibrator.plan.forecast import forecast
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect, database_records, run_plan
 from calibrator.plan.seeds import SUBSTITUTE_SEED
@@ -186,7 +186,7 @@ def test_a_missing_yade_is_one_line_on_stderr_and_a_non_zero_exit(
 
 def test_plan_writes_a_table_that_holds_every_run(write_case, tmp_path):
     space = space_for(write_case(('design = "sobol"', 'design = "grid"')), tmp_path)
-    outcome = forecast.plan(space)
+    outcome = forecast(space)
     lines = (space.path / "plan" / "hourglass.table").read_text().splitlines()
     assert outcome.runs == 4 * 4 * 2 * 2 == len(lines) - 1
     assert outcome.core_hours == pytest.approx(sum(s.core_hours for s in outcome.setups.values()))

@@ -13,7 +13,7 @@ from calibrator.runs.setups import particles, steps
 from calibrator.runs.workspace import Workspace, work_left
 
 
-def plan(space: Workspace) -> Forecast:
+def forecast(space: Workspace) -> Forecast:
     """Write the native yade-batch tables of the whole plan, and forecast its cost."""
     requests = plan_requests(space.case)
     done = space.finished(requests)
@@ -22,7 +22,7 @@ def plan(space: Workspace) -> Forecast:
     for setup in space.case.problem.calibration_setups:
         own = [r for r in requests if r.setup == setup]
         write_table(space.folder("plan") / f"{setup}.table", own)
-        setups[setup] = _forecast(own, done)
+        setups[setup] = _of_setup(own, done)
     outcome = Forecast(
         runs=len(requests),
         finished=len(done),
@@ -34,7 +34,7 @@ def plan(space: Workspace) -> Forecast:
     return space.note("plan", outcome)
 
 
-def _forecast(requests: Sequence[Request], done: Sequence[Record]) -> SetupForecast:
+def _of_setup(requests: Sequence[Request], done: Sequence[Record]) -> SetupForecast:
     seconds = core_seconds(requests, done)
     return SetupForecast(
         runs=len(requests),

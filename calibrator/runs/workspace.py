@@ -39,7 +39,12 @@ def silent(progress: Progress) -> None:
 class Workspace:
     """A case and the folder of its results.
 
-    `fresh` ignores the shipped database, so that every run is done anew.
+    Attributes
+    ----------
+    path : folder of the results; fresh : ignore the shipped database, so that every run is done
+        anew; engine : "local" or "slurm".
+    arguments : options of the command line that other verbs on these results need too, for the
+        commands that messages name.
     """
 
     case: Case
@@ -47,6 +52,9 @@ class Workspace:
     fresh: bool = False
     engine: str = "local"
     arguments: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", Path(self.path))
 
     @property
     def runs(self) -> RunFolder:
