@@ -5,8 +5,8 @@ own.
 import json
 
 import pytest
-from conftest import LAB
-from fake_yade import contract
+from tests.conftest import LAB
+from tests.fake_yade import contract
 
 from calibrator.case.problem import checked_value
 from calibrator.case.toml import read_case

@@ -11,8 +11,8 @@ import zipfile
 
 import numpy as np
 import pytest
-from conftest import LAB
-from fake_yade import contract
+from tests.conftest import LAB
+from tests.fake_yade import contract
 
 from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import SCRIPTS

@@ -14,9 +14,9 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import LAB
+from tests.conftest import LAB
 
-from benchmarks.fuzzing import only_data, safe_table
+from tests.campaigns.bad_input.kinds import only_data, safe_table
 from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import PARAMETERS, SCRIPTS, SETUPS
 from calibrator.cli import main

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import processes_in
+from tests.conftest import processes_in
 
 from calibrator.runs import local
 from calibrator.runs.folder import RunFolder

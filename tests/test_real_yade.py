@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import processes_in
+from tests.conftest import processes_in
 
 from calibrator.case.physics import LARGEST_STEP_SHARE, contact_time
 from calibrator.case.vocabulary import EFFECTS, RESPONSES, SCRIPTS, parameters_of

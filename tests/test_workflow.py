@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import LAB
+from tests.conftest import LAB
 
 from calibrator.case.toml import read_case
 from calibrator.cli import main
