@@ -3,83 +3,23 @@ drag.
 """
 
 import json
-import random
 from pathlib import Path
 from types import SimpleNamespace
 
-from tests import fake_yade as fake
 import numpy as np
 import pytest
 
 from calibrator.case.toml import read_case
-from calibrator.case.vocabulary import EFFECTS, RESPONSES
 from calibrator.cli import main
 from calibrator.diagnosis import experiments as ex
-from calibrator.diagnosis import observed
 from calibrator.diagnosis.diagnose import _confirmed, diagnose
-from calibrator.diagnosis.sentence import sentence
 from calibrator.errors import CalibratorError
 from calibrator.plan import seeds
 from calibrator.plan.seeds import CONFIRM_SEED
 from calibrator.runs.workspace import Workspace
+from tests.toy_laboratory import NUISANCES, SMALL, lab
 
 REPO = Path(__file__).resolve().parents[2]
-AMBIGUOUS = (
-    '{"verdict": "ambiguous", "detection": {"p_effect": 0.01, "p_chi2": 0.01}, "locations": []}'
-)
-TRUTH = {"rolling_friction": 0.25, "sliding_friction": 0.5, "young_modulus": 3e6}
-HELD_OUT = ("ledge_curvature", "pile_apex_rounding")
-SMALL = (
-    "[run]",
-    """[conditions.wide_neck]
-setup = "hourglass"
-neck_diameter = 0.016
-[diagnosis]
-effects = ["bond_number", "bed_viscosity"]
-nuisances = "nuisances.csv"
-sets = 12
-replicates = 2
-effect_sets = 8
-verify_replicates = 3
-[run]""",
-)
-NUISANCES = """nuisance,observables,error,unit
-reading of angles,*_angle_deg,0.05,deg
-balance,*mass_flow_rate,0.1,%
-neck,effect:bed_viscosity,1e-6,Pa s
-"""
-
-
-def lab(conditions=False, **hidden):
-    """Five replicates of everything the fake YADE measures, with an effect hidden in them."""
-    rng, rows = random.Random(5), ["setup,condition,response,value,scatter,replicates,unit,role"]
-    for setup in ("hourglass", "ledge", "conical_pile"):
-        for name, value in fake.responses_of(setup, {**TRUTH, **hidden}).items():
-            seen = value * (1 + fake.NOISE * rng.gauss(0, 1) / 5**0.5)
-            first = (
-                name in ("bulk_density", "mass_flow_rate", "drained_equivalent_angle_deg")
-                and setup == "hourglass"
-            )
-            role = "calibrate" if first else "held_out" if name in HELD_OUT else "diagnose"
-            rows.append(
-                f"{setup},,{name},{seen!r},{abs(value) * fake.NOISE!r},5,{RESPONSES[name].unit},{role}"
-            )
-            if conditions and setup == "hourglass":
-                rows.append(
-                    f"{setup},wide_neck,{name},{seen!r},{abs(value) * fake.NOISE!r},5,{RESPONSES[name].unit},diagnose"
-                )
-    return "\n".join(rows) + "\n"
-
-
-@pytest.fixture
-def space(write_case, fake_yade, tmp_path):
-    def make(**hidden):
-        (tmp_path / "nuisances.csv").write_text(NUISANCES)
-        return Workspace(
-            read_case(write_case(SMALL, lab=lab(**hidden))), tmp_path / "results" / "toy"
-        )
-
-    return make
 
 
 def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held_out(
@@ -169,18 +109,6 @@ def test_a_name_needs_fresh_runs_that_meet_the_measurements(runs, kind):
     assert _confirmed(verdict, runs) == (kind, names)
 
 
-def test_nobody_is_told_to_measure_again_after_nothing():
-    said = sentence({**json.loads(AMBIGUOUS), "effects": ["twisting_stiffness", "tilt_deg"]})
-    assert "after nothing" not in said and "after levelling the set-up" in said
-
-
-def test_amplitudes_end_where_their_columns_do():
-    for effect in ex.library(read_case(REPO / "cases" / "missing_effect.toml")):
-        quantity = EFFECTS[effect.name]
-        for bound in effect.bounds:
-            assert quantity.low - 1e-12 <= ex.column_value(effect, bound) <= quantity.high + 1e-12
-
-
 def test_where_nothing_is_hidden_no_gap_is_reported_with_what_would_have_been_seen(space):
     found = diagnose(space())
     assert found["verdict"] == "no gap"
@@ -262,124 +190,6 @@ def test_runs_beyond_the_budget_are_made_only_when_the_user_agrees(write_case, f
     assert not (space.path / "calls.txt").exists()
 
 
-def test_preflight_says_in_physical_units_what_could_be_seen_and_which_experiment_would_help(
-    space, tmp_path, capsys
-):
-    here = space()
-    assert main(["preflight", str(here.case.path), "--results", str(tmp_path / "results")]) == 0
-    said = capsys.readouterr().out
-    assert "bed_viscosity [Pa s], plausible 0.001" in said and "seen from" in said
-    assert "hourglass@wide_neck helps most" in said
-    found = json.loads((here.path / "summary.json").read_text())["preflight"]
-    assert found["self_test"]["none"]["no gap"] >= 10
-    right = found["self_test"]["bond_number"]
-    assert right["bond_number"] >= 6 and "bed_viscosity" not in right
-    power = {p["effect"]: p for p in found["effects"]}["bond_number"]
-    rows = [line.split(",") for line in lab().splitlines()]
-    others = [rows[0], *([*row[:3], str(3 * float(row[3])), *row[4:]] for row in rows[1:])]
-    # the values play no part
-    (here.case.path.parent / "lab.csv").write_text("".join(",".join(row) + "\n" for row in others))
-    assert main(["preflight", str(here.case.path), "--results", str(tmp_path / "results")]) == 0
-    assert json.loads((here.path / "summary.json").read_text())["preflight"] == found
-    assert (
-        0 < power["smallest_detectable"] <= power["smallest_nameable"] < 1
-        and 0 < power["absorbed"] < 1
-    )
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "why"),
-    [
-        (
-            "balance,*mass_flow_rate,0.1,%",
-            "balance,*mass_flow_rate,0.1,kg",
-            "unit 'kg'; the error has to be in kg/s",
-        ),
-        ("balance,*mass_flow_rate,0.1,%", "balance,*mass_flow,0.1,%", "is the key of no row"),
-        (
-            "balance,*mass_flow_rate,0.1,%",
-            "balance,*mass_flow_rate,-0.1,%",
-            "give a positive standard deviation",
-        ),
-        ("effect:bed_viscosity", "effect:bed_viscocity", "did you mean bed_viscosity"),
-    ],
-)
-def test_a_mistake_in_the_nuisance_table_is_named_with_its_remedy(
-    write_case, tmp_path, old, new, why
-):
-    (tmp_path / "nuisances.csv").write_text(NUISANCES.replace(old, new))
-    with pytest.raises(CalibratorError, match=why):
-        read_case(write_case(SMALL, lab=lab()))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "why"),
-    [
-        ("hourglass,,late", "hourglass,narrow,late", "did you mean|use one of"),
-        (
-            "ledge,,bulk_density",
-            "ledge,wide_neck,bulk_density",
-            "the condition belongs to hourglass",
-        ),
-        (
-            "hourglass,,bulk_density",
-            "hourglass,wide_neck,bulk_density",
-            "a calibration knows no conditions",
-        ),
-    ],
-)
-def test_a_mistake_with_conditions_is_named_with_its_remedy(write_case, tmp_path, old, new, why):
-    (tmp_path / "nuisances.csv").write_text(NUISANCES)
-    with pytest.raises(CalibratorError, match=why):
-        read_case(write_case(SMALL, lab=lab().replace(old, new)))
-
-
-def test_a_case_has_its_own_plausible_size_of_an_effect(write_case, tmp_path):
-    (tmp_path / "nuisances.csv").write_text(NUISANCES)
-    case = read_case(
-        write_case(
-            ("[run]", f"{SMALL[1][:-5]}[diagnosis.scales]\nbed_viscosity = 4e-3\n[run]"), lab=lab()
-        )
-    )
-    drag = next(e for e in ex.library(case) if e.name == "bed_viscosity")
-    assert ex.column_value(drag, 1.5) == pytest.approx(6e-3)
-
-
-def test_every_amplitude_of_an_effect_is_run_on_both_sides_of_every_parameter():
-    case = read_case(REPO / "cases" / "missing_effect.toml")
-    found, effects = ex.experiments(case, case.observables), ex.library(case)
-    points = np.tile(
-        ex.point(case, np.full(len(case.problem.names), 0.5)), (case.diagnosis.sets, 1)
-    )
-    asked = ex.change_requests(case, found, effects, points)[0]
-    for k, effect in enumerate(effects):
-        own = [r for r in asked if abs(observed.amplitudes(effects, [r])[0, k]) > 0]
-        assert len(own) == case.diagnosis.effect_sets
-        sides = observed.units(case, own) > 0.5
-        sizes = observed.amplitudes(effects, own)[:, k].round(9)
-        for size in set(abs(sizes)):
-            assert (
-                {True, False}
-                == set(sides[abs(sizes) == size, 0])
-                == set(sides[abs(sizes) == size, 1])
-            ), (effect.name, size)
-
-
-def test_a_negative_size_looks_below_the_default_only(write_case, tmp_path):
-    (tmp_path / "nuisances.csv").write_text(NUISANCES)
-    own = (
-        SMALL[1][:-5]
-        .replace("bed_viscosity", "wall_friction_ratio", 1)
-        .replace('nuisances = "nuisances.csv"\n', "")
-    )
-    smooth = f"{own}[diagnosis.scales]\nwall_friction_ratio = -0.4\n[run]"
-    wall = ex.library(read_case(write_case(("[run]", smooth), lab=lab())))[1]
-    assert [ex.column_value(wall, a) for a in (1.0, *wall.bounds)] == pytest.approx([0.6, 1.0, 0.0])
-    assert min(
-        ex.column_value(wall, ex.amplitude(wall, share)) for share in (0.1, 0.4, 0.6, 0.9)
-    ) == pytest.approx(0.4)
-
-
 def test_a_condition_that_takes_an_effect_away_has_no_runs_with_it_and_does_not_feel_it(
     write_case, fake_yade, tmp_path
 ):
@@ -418,18 +228,3 @@ def test_too_few_runs_of_one_experiment_are_refused_before_any_is_made(
     with pytest.raises(CalibratorError, match="ledge@dried 20 runs, below 23"):
         diagnose(space)
     assert not (space.path / "calls.txt").exists()
-
-
-@pytest.mark.parametrize(
-    ("scales", "message"),
-    [
-        ("bed_viscosity = 0.0", "above 0"),
-        ("bed_viscosity = -1e-3", "above 0"),
-        ("tilt_deg = 3.0", "diagnosis.scales"),
-    ],
-)
-def test_a_size_that_cannot_be_is_refused(write_case, scales, message):
-    with pytest.raises(CalibratorError, match=message):
-        read_case(
-            write_case(("[run]", f"{SMALL[1][:-5]}[diagnosis.scales]\n{scales}\n[run]"), lab=lab())
-        )

@@ -4,22 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+
+from calibrator.diagnosis.explanations import explain
+from calibrator.diagnosis.verdict import Rule, judge, withstands
 from tests.toy_world import COUNT, EFFECTS, World
 
-from calibrator.diagnosis.explanations import explain, pairs
-from calibrator.diagnosis.verdict import Rule, judge, withstands
-
 ALL = np.arange(COUNT)
-
-
-@pytest.fixture(scope="module")
-def world():
-    return World(3)
-
-
-@pytest.fixture(scope="module")
-def surfaces(world):
-    return world.surfaces(np.random.default_rng(4))
 
 
 def judged(world, surfaces, seed, kept=ALL, held=(), off=0.0, **hidden):
@@ -93,16 +83,6 @@ def test_two_effects_at_once_are_told_from_one(world, surfaces):
     )
 
 
-def test_pairs_that_cannot_be_combined_are_not_tried(world, surfaces):
-    rng = np.random.default_rng(1)
-    measured = world.measure(surfaces, rng, sizes=(1.5, 0, -1.5, 0))
-    alone = [
-        dataclasses.replace(e, excludes=("tilt",) if e.name == "adhesion" else ()) for e in EFFECTS
-    ]
-    tried = {fit.effects for fit in pairs(surfaces, measured, alone)}
-    assert ("adhesion", "tilt") not in tried and len(tried) == 5
-
-
 def test_with_few_observables_it_cannot_tell(world, surfaces):
     verdict = judged(world, surfaces, 1, kept=np.arange(6), sizes=(1.5, 0, 0, 0))
     assert verdict.kind == "cannot tell"
@@ -146,18 +126,3 @@ def test_an_effect_that_shows_nowhere_neither_wins_nor_breaks_the_verdict(world)
     assert verdict.effects == ("adhesion",)
     assert np.isfinite(list(verdict.posterior.values())).all()
     assert verdict.rivals.single[1].amplitude_error[1] == np.inf
-
-
-def test_the_fit_of_the_true_model_has_the_chi2_of_its_degrees_of_freedom(world, surfaces):
-    fits = []
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        fits.append(
-            explain(surfaces, world.measure(surfaces, rng, sizes=(1.0, 0, 0, 0)), EFFECTS, (0,))
-        )
-    assert fits[0].degrees == COUNT - 3
-    # an estimated covariance makes chi2 a little larger, the error of the surfaces is one and the
-    # same in all fits
-    assert 0.6 < np.mean([f.chi2 for f in fits]) / fits[0].degrees < 1.6
-    p = [f.adequacy(surfaces.degrees) for f in fits]
-    assert np.mean(np.array(p) > 0.02) > 0.85

@@ -2,20 +2,14 @@
 YADE.
 """
 
-import json
 from math import erf, sqrt
 
 import numpy as np
 import pytest
 
 from calibrator.case.problem import Parameter, Problem, Target
-from calibrator.case.toml import read_case
-from calibrator.cli import main
 from calibrator.plan.adaptive import Settings, bands, chances, is_met, propose
 from calibrator.plan.design import sobol
-from calibrator.plan.requests import belongs, make_request
-from calibrator.plan.run import run_plan
-from calibrator.runs import workspace
 
 FRICTIONS = (Parameter("rolling_friction", 0.1, 0.5), Parameter("sliding_friction", 0.2, 0.7))
 KEYS = ("hourglass.bulk_density", "hourglass.drained_equivalent_angle_deg")
@@ -126,66 +120,3 @@ def test_a_response_that_no_run_has_is_not_met():
     own = problem([1600.0, 35.0])
     assert is_met(own.targets, np.array([[1600.0, 35.0]]), NOISE)
     assert not is_met(own.targets, np.array([[1600.0, np.nan]]), NOISE)
-
-
-TIGHT = "".join(
-    f'[targets."{k}"]\ntolerance = 0.002\n' for k in (*KEYS, "hourglass.mass_flow_rate")
-)
-ADAPTIVE = (
-    'design = "sobol"\nsets = 14\nreplicates = 2',
-    'design = "adaptive"\nsets = 9\nreplicates = 3\nmost_runs = 60\n' + TIGHT,
-)
-
-
-def test_the_workflow_runs_an_adaptive_design_and_never_repeats_a_run(
-    write_case, tmp_path, fake_yade
-):
-    path = write_case(ADAPTIVE)
-    assert main(["all", str(path), "--results", str(tmp_path / "results")]) == 0
-    folder = tmp_path / "results" / "toy"
-    outcome = json.loads((folder / "summary.json").read_text())["run"]
-    assert outcome["ended"] == "confirmed" and outcome["runs"] <= 60
-    calls = (folder / "calls.txt").read_text().split()
-    assert len(calls) == len(set(calls))
-    assert main(["run", str(path), "--results", str(tmp_path / "results")]) == 0
-    assert (folder / "calls.txt").read_text().split() == calls
-    lines = [json.loads(line) for line in (folder / "proposals.jsonl").read_text().splitlines()]
-    assert all(line["sentence"] and line["requests"] for line in lines)
-
-
-def test_an_adaptive_design_starts_from_the_shipped_database(write_case, tmp_path, fake_yade):
-    first = write_case()
-    assert main(["run", str(first), "--results", str(tmp_path / "old")]) == 0
-    assert main(["collect", str(first), "--results", str(tmp_path / "old")]) == 0
-    shipped = "old/toy/database.csv"
-    path = write_case(ADAPTIVE, ("jobs = 1", f'jobs = 1\nshipped = "{shipped}"'))
-    assert main(["run", str(path), "--results", str(tmp_path / "new")]) == 0
-    outcome = json.loads((tmp_path / "new" / "toy" / "summary.json").read_text())["run"]
-    assert outcome["from_shipped_database"] == 28
-    made = (tmp_path / "new" / "toy" / "calls.txt").read_text().split()
-    assert outcome["runs"] == 28 + len(made) and len(made) < 27
-
-
-def test_only_runs_with_the_case_s_fixed_values_and_inside_its_box_belong(write_case):
-    case = read_case(write_case())
-    point = np.array([0.2, 0.5, 1e6])
-    good = make_request(case, "hourglass", point, 7)
-    assert belongs(case, good)
-    for other in ({"restitution": 0.8}, {"rolling_friction": 0.04}, {"fill_mass": 0.02}):
-        assert not belongs(case, type(good).of("hourglass", **{**good.parameters, **other}))
-    assert not belongs(case, make_request(case, "ledge", point, 7))
-
-
-def test_an_interrupted_design_first_makes_the_runs_it_had_proposed(
-    write_case, tmp_path, fake_yade
-):
-    case = read_case(write_case(ADAPTIVE))
-    space = workspace.Workspace(case, tmp_path / "toy")
-    space.path.mkdir(parents=True)
-    left = make_request(case, "hourglass", np.array([0.2, 0.5, 1e6]), 99)
-    made = [{"setup": left.setup, "parameters": left.parameters}]
-    (space.path / "proposals.jsonl").write_text(
-        json.dumps({"sentence": "", "requests": made}) + "\n"
-    )
-    run_plan(space)
-    assert left.run_id in (space.path / "calls.txt").read_text()

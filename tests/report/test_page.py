@@ -14,8 +14,6 @@ import shutil
 
 import numpy as np
 import pytest
-from tests.conftest import CASE, LAB
-from tests.fake_yade import responses_of
 from PIL import Image
 
 from calibrator.case.toml import read_case
@@ -23,7 +21,7 @@ from calibrator.errors import CalibratorError
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect
 from calibrator.report.page import write_report
-from calibrator.report.words import number, percent, with_error
+from calibrator.report.words import number
 from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
 from calibrator.verification.verify import (
@@ -32,6 +30,8 @@ from calibrator.verification.verify import (
     verification_requests,
     verify,
 )
+from tests.conftest import CASE, LAB
+from tests.fake_yade import responses_of
 
 CASE = CASE.replace("population = 60", "population = 40").replace(
     "generations = 15", "generations = 8"
@@ -309,31 +309,3 @@ def test_the_truth_of_a_synthetic_lab_is_compared(tmp_path):
     write_report(space)
     page = (space.path / "report.html").read_text()
     assert "The lab is synthetic" in page and "<th>truth</th>" in page
-
-
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        (0.25, "0.25"),
-        (1590.4, "1590"),
-        (2.9e6, "2.9×10⁶"),
-        (-2e-4, "−2×10⁻⁴"),
-        (0, "0"),
-        (12345, "12345"),
-        (None, "–"),
-    ],
-)
-def test_numbers_are_written_for_people(value, words):
-    assert number(value) == words
-
-
-def test_errors_decide_the_decimals_and_zero_has_no_sign():
-    assert (
-        with_error(1577.04, 2.87) == "1577.0 ± 2.9"
-        and with_error(0.02784, 0.00066) == "0.0278 ± 0.0007"
-    )
-    assert (
-        with_error(53.54, 0) == "53.54"
-        and percent(-1e-6) == "0.00\u00a0%"
-        and percent(0.0118) == "+1.18\u00a0%"
-    )

@@ -7,7 +7,7 @@ import pytest
 
 from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
-from calibrator.plan.design import full_grid, sobol
+from calibrator.plan.design import sobol
 from calibrator.responses.coordinates import Coordinates
 from calibrator.responses.fit import fit_responses
 
@@ -28,24 +28,6 @@ def truth(points):
     return np.column_stack(
         [density * (0.6 - 0.1 * friction - 0.01 * soft), 20 + 30 * friction + soft]
     )
-
-
-def test_a_log_scale_spaces_the_design_by_equal_factors():
-    values = full_grid(problem(Parameter("young_modulus", 5e6, 500e6, samples=3, scale="log")))[
-        :, 0
-    ]
-    assert values == pytest.approx([5e6, 50e6, 500e6])
-    assert values[[0, -1]].tolist() == [5e6, 500e6]
-    points = sobol(problem(MODULUS), 63)[:, 0]
-    assert (points < np.sqrt(5e6 * 50e6)).sum() == 31
-
-
-@pytest.mark.parametrize(
-    "wrong, words", [({"scale": "cubic"}, "scale"), ({"scale": "log", "low": 0.0}, "above zero")]
-)
-def test_an_impossible_scale_is_refused(wrong, words):
-    with pytest.raises(CalibratorError, match=words):
-        Parameter(**{"name": "rolling_friction", "low": 0.1, "high": 0.5, **wrong})
 
 
 def test_a_process_on_the_log_scale_is_exact_where_the_response_is_linear_in_the_logarithm():

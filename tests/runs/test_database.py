@@ -2,12 +2,9 @@
 
 import random
 
-import numpy as np
 import pytest
 
-from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
-from calibrator.responses.table import response_table
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -73,11 +70,42 @@ def test_another_file_is_refused(tmp_path):
         Database.read(tmp_path / "d.csv")
 
 
-def test_failed_and_clogged_runs_never_reach_the_interpolation():
-    problem = Problem(
-        (Parameter("sliding_friction", 0.1, 0.9),), (Target("hourglass", "discharge_time", 1.0),)
-    )
-    points, values = response_table(
-        problem, some_records(), ["hourglass.discharge_time", "ledge.bulk_density"]
-    )
-    assert len(points) == 10 and np.isfinite(values).sum(axis=1).tolist() == [1] * 10
+REQUEST = Request.of("ledge", seed=1)
+
+
+@pytest.mark.parametrize("error", ["a\rb", "a\nb", 'a "quoted", thing', "\ud800", "\0", "\u2028"])
+def test_an_error_of_any_text_survives_the_way_into_a_database_and_back(tmp_path, error):
+    Database([Record(REQUEST, "crash", error=error)]).write(tmp_path / "d.csv")
+    (back,) = Database.read(tmp_path / "d.csv").records.values()
+    assert back.error.isprintable() and back.status == "crash"
+
+
+def damaged(tmp_path, old, new):
+    Database([Record(REQUEST, "ok", {"bulk_density": 1500.0})]).write(tmp_path / "d.csv")
+    text = (tmp_path / "d.csv").read_text()
+    assert old in text
+    (tmp_path / "d.csv").write_text(text.replace(old, new))
+    return tmp_path / "d.csv"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("bulk_density,particles", "bulk_densiti,particles", "did you mean bulk_density"),
+        ("bulk_density,particles", "discharge_time,particles", "unknown response of ledge"),
+        (",error\n", "\n", "no column error"),
+        ("1500.0", "inf", "not finite"),
+        ("1500.0", "1500.0,", "line 4: "),
+        ("1500.0", '"1500.0', "line 4: "),
+    ],
+)
+def test_a_damaged_database_is_refused_with_its_line(tmp_path, old, new, why):
+    with pytest.raises(CalibratorError, match=why):
+        Database.read(damaged(tmp_path, old, new))
+
+
+def test_a_run_that_stands_twice_in_a_database_is_refused(tmp_path):
+    path = damaged(tmp_path, "1500.0", "1500.0")
+    path.write_text(path.read_text() + path.read_text().splitlines()[-1] + "\n")
+    with pytest.raises(CalibratorError, match="stands there twice"):
+        Database.read(path)

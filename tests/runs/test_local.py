@@ -1,40 +1,22 @@
 """The driver, on a fake YADE that crashes, hangs, lies and writes half a file."""
 
-import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
-from tests.conftest import processes_in
 
 from calibrator.errors import CalibratorError
-from calibrator.runs import batch, cost, failures, folder, local
-from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs import batch, cost, local
+from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
-from calibrator.runs.request import Request
+from tests.conftest import processes_in
+from tests.runs.toy_runs import calls, folder_with, requests, wait_for
 
 REPO = Path(__file__).resolve().parents[2]
-
-
-def requests(count=4):
-    return [Request.of("hourglass", seed=s) for s in range(count)]
-
-
-def folder_with(tmp_path, **behaviour):
-    folder = RunFolder(tmp_path / "runs")
-    folder.path.mkdir()
-    (folder.path / "misbehave.json").write_text(json.dumps(behaviour))
-    return folder
-
-
-def calls(folder):
-    return (folder.path / "calls.txt").read_text().split()
 
 
 def test_every_request_gets_a_record_and_a_second_call_runs_nothing(tmp_path, fake_yade):
@@ -42,50 +24,6 @@ def test_every_request_gets_a_record_and_a_second_call_runs_nothing(tmp_path, fa
     records = run(folder, requests(), jobs=1)
     assert [r.status for r in records] == ["ok"] * 4 and len(calls(folder)) == 4
     assert run(folder, requests(), jobs=1) == records and len(calls(folder)) == 4
-
-
-def test_a_crash_is_tried_once_more_and_kept_with_its_reason(tmp_path, fake_yade):
-    folder = folder_with(tmp_path, **{"2": "crash"})
-    records = run(folder, requests(), jobs=1)
-    assert [r.status for r in records] == ["ok", "ok", "crash", "ok"]
-    assert "fake crash" in records[2].error and records[2].responses == {}
-    assert calls(folder).count(requests()[2].run_id) == 2
-    run(folder, requests(), jobs=1)
-    assert calls(folder).count(requests()[2].run_id) == 2  # and not for ever
-
-
-def test_a_segfault_is_a_crash_however_it_was_reported(tmp_path, fake_yade):
-    folder = folder_with(tmp_path, **{"1": "segfault"})
-    records = run(folder, requests(2), jobs=1)
-    assert [r.status for r in records] == ["ok", "crash"] and records[1].error.startswith(
-        "exit code 139"
-    )
-    for status, code in (
-        ("11", 139),
-        ("139", 139),
-        (str(139 << 8), 139),
-        ("9", 137),
-        ("0", 0),
-        (str(124 << 8), 124),
-    ):
-        (tmp_path / "log").write_text(f"some output\nstatus  : {status} (some words)\n")
-        assert failures.exit_code(tmp_path / "log") == code
-
-
-@pytest.mark.parametrize("behaviour", ["lie", "half", "nothing"])
-def test_a_run_without_a_believable_record_is_lost_not_trusted(tmp_path, fake_yade, behaviour):
-    folder = folder_with(tmp_path, **{"1": behaviour})
-    records = run(folder, requests(2), jobs=1)
-    assert [r.status for r in records] == ["ok", "lost"] and records[1].responses == {}
-    assert calls(folder).count(requests(2)[1].run_id) == 2
-
-
-def test_a_hanging_run_ends_at_its_time_limit(tmp_path, fake_yade, monkeypatch):
-    folder = folder_with(tmp_path, **{"0": "hang"})
-    environment = local.clean_environment
-    monkeypatch.setattr(local, "clean_environment", lambda limit: environment(1.0))
-    records = run(folder, requests(2), jobs=1, attempts=1)
-    assert [r.status for r in records] == ["timeout", "ok"]
 
 
 def test_a_clogged_run_keeps_its_density_and_is_not_retried(tmp_path, fake_yade):
@@ -172,16 +110,6 @@ def test_that_yade_could_not_be_started_is_no_failure_of_the_runs(
     assert [r.status for r in run(folder, requests(), jobs=1)] == ["ok"] * 4
 
 
-@pytest.mark.parametrize("name", folder.FOLDERS)
-def test_a_folder_without_room_is_found_before_a_run_is_made_in_vain(tmp_path, fake_yade, name):
-    folder = folder_with(tmp_path)
-    # where root writes whatever the permissions are
-    (folder.path / name / "room").mkdir(parents=True)
-    with pytest.raises(OSError, match="room"):
-        run(folder, requests(), jobs=1)
-    assert not (folder.path / "calls.txt").exists()
-
-
 def test_a_disk_that_fills_up_in_mid_run_is_not_blamed_on_the_runs(
     tmp_path, fake_yade, monkeypatch
 ):
@@ -192,22 +120,6 @@ def test_a_disk_that_fills_up_in_mid_run_is_not_blamed_on_the_runs(
     with pytest.raises(ZeroDivisionError):  # the second time: after the batch
         run(folder, requests(), jobs=1)
     assert len(calls(folder)) == 4 and folder.failures() == {}
-
-
-def test_a_second_driver_waits_for_the_first_and_says_so(tmp_path, caplog):
-    folder, order = RunFolder(tmp_path / "runs"), []
-
-    def second():
-        with folder.alone():
-            order.append("second")
-
-    thread = threading.Thread(target=second)
-    with folder.alone():
-        thread.start()
-        wait_for(lambda: any("waiting for it to end" in r.getMessage() for r in caplog.records))
-        order.append("first")
-    thread.join()
-    assert order == ["first", "second"]
 
 
 def test_a_table_edited_after_its_line_was_locked_gives_yade_the_line_as_it_was(
@@ -233,13 +145,6 @@ def start_driver(folder, count):
     return subprocess.Popen([sys.executable, "-c", code], cwd=REPO, start_new_session=True)
 
 
-def wait_for(condition, seconds=30):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)
-
-
 def test_after_kill_9_of_the_driver_the_same_call_finishes_and_repeats_no_finished_run(
     tmp_path, fake_yade
 ):
@@ -262,10 +167,6 @@ def test_an_interrupt_leaves_no_process_behind(tmp_path, fake_yade):
     driver.send_signal(signal.SIGINT)
     driver.wait(20)
     wait_for(lambda: not processes_in(folder.path), 10)
-
-
-def test_gathering_unknown_requests_finds_nothing(tmp_path):
-    assert gather(RunFolder(tmp_path), requests(2)) == []
 
 
 def test_without_a_number_of_jobs_only_the_cores_that_are_allowed_are_used(

@@ -3,10 +3,13 @@
 import json
 
 import pytest
-from tests.fake_yade import contract
 
+from calibrator.case.vocabulary import SCHEMA
+from calibrator.runs.folder import RunFolder
+from calibrator.runs.local import run
 from calibrator.runs.record import InvalidRecord, read_record
 from calibrator.runs.request import Request
+from tests.fake_yade import contract
 
 REQUEST = Request.of("ledge", seed=5)
 
@@ -96,3 +99,43 @@ def test_a_sealed_record_nested_without_end_is_refused(tmp_path):
         )
         with pytest.raises(InvalidRecord):
             read_record(write(tmp_path, text), REQUEST)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"status": []},
+        {"status": {}},
+        {"error": ["a"]},
+        {"error": 7},
+        {"schema": True},
+        {"diagnostics": {"filling_cpu": "long"}},
+        {"diagnostics": {"particles": 7.5}},
+        {"diagnostics": {"stop_reason": "a\nb"}},
+        {"provenance": {"host": "a\nb"}},
+        {"provenance": {"wall_time": None}},
+        {"responses": {"bulk_density": 1e300}},
+        {"responses": {"bulk_density": 10**400}},
+        {"parameters": {**REQUEST.parameters, "seed": True}},
+    ],
+)
+def test_a_record_that_would_break_what_follows_is_not_believed(tmp_path, change):
+    good = dict(
+        schema=SCHEMA, setup="ledge", run_id=REQUEST.run_id, parameters=REQUEST.parameters, status="ok",
+        responses={"bulk_density": 1500.0}, error=None, diagnostics={}, provenance={},
+    )  # fmt: skip
+    (tmp_path / "r.json").write_text(json.dumps(good))
+    assert read_record(tmp_path / "r.json", REQUEST).status == "ok"
+    (tmp_path / "r.json").write_text(json.dumps({**good, **change}))
+    with pytest.raises(InvalidRecord):
+        read_record(tmp_path / "r.json", REQUEST)
+
+
+def test_a_record_that_is_a_link_is_not_believed(tmp_path, fake_yade):
+    folder, request = RunFolder(tmp_path / "runs"), Request.of("ledge")
+    run(folder, [request], jobs=1)
+    folder.record(request).rename(tmp_path / "elsewhere.json")
+    folder.record(request).symlink_to(tmp_path / "elsewhere.json")
+    with pytest.raises(InvalidRecord, match="symbolic link"):
+        read_record(folder.record(request), request)
+    assert [r.status for r in run(folder, [request], jobs=1)] == ["ok"]

@@ -16,7 +16,6 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.conftest import fake_programs
 
 from calibrator.case.settings import Cluster
 from calibrator.cli import main
@@ -26,6 +25,7 @@ from calibrator.runs import slurm as engine
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.request import Request
+from tests.conftest import fake_programs
 
 REPO = Path(__file__).resolve().parents[2]
 SCRIPT = REPO / "tests" / "slurm_local.sh"

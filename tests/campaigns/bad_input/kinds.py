@@ -27,7 +27,6 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from tests.campaigns.bad_input.damage import TOML_VALUES, VALUES, WORDS, damaged_bytes, damaged_json
 from calibrator.case.case import Case
 from calibrator.case.lab import read_lab, read_nuisances
 from calibrator.case.toml import SECTIONS, read_case
@@ -48,6 +47,7 @@ from calibrator.runs.record import InvalidRecord, Record, read_record
 from calibrator.runs.request import Request, cell, write_table
 from calibrator.search.calibrate import calibrate
 from calibrator.verification.verify import verification_requests
+from tests.campaigns.bad_input.damage import TOML_VALUES, VALUES, WORDS, damaged_bytes, damaged_json
 
 # after which one input counts as a hang, on a machine that may be busy with simulations
 SECONDS = 20.0

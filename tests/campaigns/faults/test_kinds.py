@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.campaigns.faults.stage import Stage, judge, undisturbed
-from tests.campaigns.faults.kinds import COUNTS, KINDS, SPOILED, counted
 from calibrator.cli import main
+from tests.campaigns.faults.kinds import COUNTS, KINDS, SPOILED, counted
+from tests.campaigns.faults.stage import Stage, judge, undisturbed
 
 REPO = Path(__file__).resolve().parents[3]
 

@@ -38,16 +38,6 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from benchmarks.common import write
-from tests.campaigns.hidden.laboratory import (
-    OUTSIDE,
-    REPLICATES,
-    SHIPPED,
-    laboratory_requests,
-    metrology,
-    read_off,
-    small_effects,
-    truth_of,
-)
 from calibrator.case.case import Case
 from calibrator.case.toml import read_case
 from calibrator.diagnosis import experiments as ex
@@ -63,6 +53,16 @@ from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run
 from calibrator.runs.request import Request
 from calibrator.terminal import ProgressBar
+from tests.campaigns.hidden.laboratory import (
+    OUTSIDE,
+    REPLICATES,
+    SHIPPED,
+    laboratory_requests,
+    metrology,
+    read_off,
+    small_effects,
+    truth_of,
+)
 
 REPO = Path(__file__).resolve().parents[3]
 CASE = REPO / "cases" / "missing_effect.toml"

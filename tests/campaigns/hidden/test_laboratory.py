@@ -8,12 +8,12 @@ import json
 import numpy as np
 import pytest
 
-from tests.campaigns.hidden import campaign as hidden_effect
-from tests.campaigns.hidden import laboratory as hidden
 from calibrator.case.physics import contact_time, time_step
 from calibrator.case.toml import read_case
 from calibrator.diagnosis import experiments as ex
 from calibrator.plan.design import sobol
+from tests.campaigns.hidden import campaign as hidden_effect
+from tests.campaigns.hidden import laboratory as hidden
 
 
 @pytest.fixture(scope="module")
