@@ -29,7 +29,7 @@ from calibrator.runs.local import run
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, cell, write_table
 from calibrator.verification.verify import verification_requests
-from tests.campaigns.bad_input.kinds import only_data, safe_table
+from tests.campaigns.bad_input.rules import only_data, safe_table
 from tests.conftest import LAB
 
 NASTY = [

@@ -43,10 +43,10 @@ from calibrator.plan.run import collect
 from calibrator.report.page import write_report
 from calibrator.responses.table import response_table
 from calibrator.runs import batch
-from calibrator.runs.workspace import Workspace
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.request import Request, write_table
+from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
 
 SIZES = [100, 1000, 10_000, 100_000]

@@ -6,16 +6,12 @@ import hashlib
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 
 from calibrator.case.vocabulary import SCRIPTS
 from calibrator.runs.request import Request, write_table
-
-# packing and measure are plain numpy: LIGGGHTS gets the same cloud and the same scan
-sys.path.append(str(SCRIPTS))
 
 REPO = Path(__file__).resolve().parents[2]
 WORK = REPO / "results" / "dem"

@@ -19,7 +19,14 @@ import matplotlib
 import numpy as np
 
 from benchmarks.common import RESULTS, rounded, write
-from benchmarks.runs.dem import HOURGLASSES, START, START_NUMERICS, WORK, core_seconds, run_hourglass
+from benchmarks.runs.dem import (
+    HOURGLASSES,
+    START,
+    START_NUMERICS,
+    WORK,
+    core_seconds,
+    run_hourglass,
+)
 from benchmarks.runs.liggghts_hourglass import run_liggghts
 from calibrator.case.vocabulary import SCRIPTS
 from calibrator.runs.request import Request, write_table
@@ -153,10 +160,7 @@ def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
         ],
         "yade": {
             name: {
-                "core_seconds": rounded(total[name]),
-                "core_seconds_range": [
-                    rounded(f(r["core_seconds"] for r in rows)) for f in (min, max)
-                ],
+                **core_seconds_of(rows),
                 "stages": means([stages(r) for r in rows]),
                 "steps": rounded(mean(r["diagnostics"]["steps"] for r in rows)),
                 "particle_steps": rounded(work[name]),
@@ -168,16 +172,22 @@ def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
             for name, rows in yade.items()
         },
         "liggghts": {
-            "core_seconds": rounded(peer),
-            "core_seconds_range": [
-                rounded(f(r["core_seconds"] for r in liggghts)) for f in (min, max)
-            ],
+            **core_seconds_of(liggghts),
             **means(
                 [{n: r[n] for n in ("steps", "filling_steps", "particle_steps")} for r in liggghts]
             ),
             "nanoseconds_per_particle_step": rounded(1e9 * per_step[1]),
             "responses": means([r["responses"] for r in liggghts]),
         },
+    }
+
+
+def core_seconds_of(rows: list[dict]) -> dict:
+    """Mean and range of the core-seconds over the rounds."""
+    spent = [r["core_seconds"] for r in rows]
+    return {
+        "core_seconds": rounded(mean(spent)),
+        "core_seconds_range": [rounded(min(spent)), rounded(max(spent))],
     }
 
 

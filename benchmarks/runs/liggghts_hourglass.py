@@ -8,15 +8,20 @@ epsd2), a step of 20 % of the Rayleigh time.
 
 import math
 import re
+import sys
 from pathlib import Path
 
-import measure
 import numpy as np
-import packing
 
 from benchmarks.runs.dem import core_seconds
 from calibrator.case.physics import rayleigh_time
+from calibrator.case.vocabulary import SCRIPTS
 from calibrator.runs.request import Request
+
+# both are plain numpy: LIGGGHTS gets the same cloud and the same scan
+sys.path.append(str(SCRIPTS))
+import measure  # noqa: E402
+import packing  # noqa: E402
 
 INPUT = """
 atom_style granular

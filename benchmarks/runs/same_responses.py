@@ -24,7 +24,15 @@ import numpy as np
 from scipy.stats import qmc
 
 from benchmarks.common import RESULTS, rounded, write
-from benchmarks.runs.dem import HOURGLASSES, REPO, START, START_NUMERICS, WORK, run_hourglass, scripts_at
+from benchmarks.runs.dem import (
+    HOURGLASSES,
+    REPO,
+    START,
+    START_NUMERICS,
+    WORK,
+    run_hourglass,
+    scripts_at,
+)
 from calibrator.runs.database import Database
 
 matplotlib.use("Agg")

@@ -3,10 +3,7 @@
 import numpy as np
 
 from calibrator.responses.box import box_sample
-from tests.responses.known_functions import (
-    HIGH,
-    LOW,
-)
+from tests.responses.known_functions import HIGH, LOW
 
 
 def test_box_sample_fills_each_half_of_the_box_evenly():

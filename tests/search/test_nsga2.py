@@ -5,7 +5,7 @@ written down.
 import numpy as np
 import pytest
 
-from benchmarks.numerics.nsga2 import search_with_pymoo
+from benchmarks.numerics.pymoo_oracle import search_with_pymoo
 from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
 from calibrator.search.nsga2 import (

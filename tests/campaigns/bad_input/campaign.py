@@ -1,10 +1,9 @@
-"""How the calibrator takes bad input: 100,000 damaged files, values and command lines (see
-tests/campaigns/bad_input/kinds.py).
+"""How the calibrator takes bad input: 100,000 damaged files, values and command lines.
 
-    python -m tests.campaigns.bad_input.campaign            writes benchmarks/results/fuzz.json, some minutes
-    python -m tests.campaigns.bad_input.campaign --quick    1 % of the inputs, prints only: a smoke test
+    python -m tests.campaigns.bad_input.campaign            writes benchmarks/results/fuzz.json
+    python -m tests.campaigns.bad_input.campaign --quick    1 % of the inputs, prints only
 
-`tracebacks` counts inputs that were neither accepted as they stand nor refused with one line,
+The first takes some minutes; kinds.py has what is damaged. `tracebacks` counts inputs that were neither accepted as they stand nor refused with one line,
 `hangs` those that took longer than 20 s, `code_executed` the marks that code in an input has left.
 `wrong` lists the first of each sort of what went wrong.
 """
@@ -28,7 +27,8 @@ from hypothesis.errors import HypothesisWarning
 
 from benchmarks.common import asked_for_quick, write
 from tests.campaigns.bad_input.damage import TOML_VALUES, WORDS
-from tests.campaigns.bad_input.kinds import CASE, KINDS, SECONDS, Hang, Yard, use
+from tests.campaigns.bad_input.kinds import KINDS, SECONDS, Hang, use
+from tests.campaigns.bad_input.yard import CASE, Yard
 
 INPUTS = 102_000
 BATCH = 1000  # inputs of one call of hypothesis, whose memory of what it has drawn grows with them

@@ -1,13 +1,14 @@
 """Damaged input of every kind is accepted and means what it says, or is refused with one line.
 
-See tests/campaigns/bad_input/kinds.py.
+See kinds.py.
 """
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.campaigns.bad_input.kinds import KINDS, Yard, use
+from tests.campaigns.bad_input.kinds import KINDS, use
+from tests.campaigns.bad_input.yard import Yard
 
 FEW = 250
 

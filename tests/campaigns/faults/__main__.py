@@ -1,5 +1,5 @@
-"""`python -m tests.campaigns.faults`: see kinds.py."""
+"""`python -m tests.campaigns.faults`: see campaign.py."""
 
-from tests.campaigns.faults.kinds import main
+from tests.campaigns.faults.campaign import main
 
 main()

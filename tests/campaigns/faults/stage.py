@@ -1,23 +1,14 @@
-"""The stage for tests/campaigns/faults/kinds.py: a small case, a YADE, drivers that can be killed, a file
-system of its own, and a judge.
-
-A driver is a process of its own, in a session of its own. With the fake YADE it is forked from this
-process, which has imported the calibrator already: importing costs more than all the rest. With the
-real YADE it is `python -m calibrator.cli`.
-"""
+"""The stage that faults strike: a small case and its results, drivers, a file system of its own."""
 
 from __future__ import annotations
 
 import contextlib
 import json
-import logging
-import multiprocessing
 import os
 import random
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -26,25 +17,25 @@ from pathlib import Path
 from typing import Any
 
 from calibrator.case.toml import read_case
-from calibrator.cli import main
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect
-from calibrator.plan.seeds import SUBSTITUTE_SEED
 from calibrator.runs import workspace
 from calibrator.runs.record import InvalidRecord, read_record
 from calibrator.runs.request import Request
+from tests.campaigns.faults.driver import (
+    CLOCK,
+    FORK,
+    PATIENCE,
+    Driver,
+    Ended,
+    descendants,
+    drive,
+    install,
+    role,
+)
+from tests.campaigns.faults.private import mount
 
-REPO = Path(__file__).resolve().parents[3]
-TOOLS = ("sh", "sed", "mkdir", "flock", "timeout", "setpriv", "unshare", "true")
-"""What a run needs beside YADE.
-
-On a PATH of these alone, YADE can be missing although this machine has it.
-"""
-
-# seconds for what takes a few, on a machine that may be busy with simulations: a fault that hangs
-PATIENCE = 1800.0
 DURATION = 0.1  # seconds that a run of the fake YADE lasts
-FORK = multiprocessing.get_context("fork")
 
 CASE = """
 name = "toy"
@@ -82,156 +73,12 @@ class NotInjected(Exception):
     """
 
 
-# YADE, fake and real
-
-
-def install(folder: Path, real: bool) -> str:
-    """Put a yade and a yade-batch into folder/bin; returns a PATH with them.
-
-    Both note the runs they start in calls.txt.
-    """
-    programs, tools = folder / "bin", folder / "tools"
-    programs.mkdir(parents=True)
-    if real:
-        note = 'sed -n "${YADE_BATCH##*:}s/ .*//p" "${YADE_BATCH%:*}" >> calls.txt'
-        clock = f"[ ! -d '{folder}/clock' ] || export PYTHONPATH='{folder}/clock'"
-        _program(
-            programs / "yade", f'#!/bin/sh\n{note}\n{clock}\nexec {shutil.which("yade")} "$@"\n'
-        )
-        return f"{programs}{os.pathsep}{os.environ['PATH']}"
-    for name, function in (("yade", "run_line"), ("yade-batch", "run_batch")):
-        code = (
-            f"import sys\nsys.path.insert(0, {str(REPO / 'tests')!r})\nimport"
-            f" fake_yade\nfake_yade.{function}()\n"
-        )
-        _program(programs / name, f"#!{sys.executable}\n{code}")
-    tools.mkdir()
-    for tool in TOOLS:
-        (tools / tool).symlink_to(str(shutil.which(tool)))
-    return f"{programs}{os.pathsep}{tools}"
-
-
-def _program(path: Path, text: str) -> None:
-    path.write_text(text)
-    path.chmod(0o755)
-
-
-# Drivers
-
-
-@dataclass(frozen=True)
-class Ended:
-    """How a driver ended: its status and what it said on stderr."""
-
-    status: int
-    said: str  # on stderr
-    told: str = ""  # on stdout
-
-    @property
-    def refused(self) -> bool:
-        """Whether the last line is an error with a remedy, after nothing but warnings and progress."""
-        *before, last = self.said.splitlines() or [""]
-        plain = all(line.startswith(("WARNING: ", "[")) for line in before)
-        return (
-            self.status == 2
-            and plain
-            and last.startswith("calibrator: ")
-            and (": " in last[12:] or "; " in last)
-        )
-
-
-@dataclass(frozen=True)
-class Driver:
-    """A driver under way."""
-
-    process: Any
-    errors: Path
-
-    def wait(self) -> Ended:
-        """Wait for its end."""
-        self.process.join(PATIENCE)
-        if self.process.exitcode is None:
-            raise TimeoutError(f"a driver did not end in {PATIENCE:g} s: {self.errors.read_text()}")
-        return Ended(
-            self.process.exitcode,
-            self.errors.read_text(),
-            self.errors.with_suffix(".out").read_text(),
-        )
-
-    @property
-    def running(self) -> bool:
-        """Whether it is still there."""
-        return self.process.is_alive()
-
-    def kill(self) -> None:
-        """Kill -9, of the driver alone."""
-        self.process.kill()
-        self.process.join()
-
-
-CLOCK = """import time
-_now, _start = time.time, {start}
-time.time = lambda: _now() + ({jump} if _now() > _start else 0.0)
-"""
-
-
-def _drive(arguments: list[str], path: str, errors: Path, real: bool, clock: Path) -> None:
-    """What a driver's process does; a folder `clock` holds the clock of another time."""
-    os.setsid()
-    os.environ["PATH"] = path
-    with open(errors.with_suffix(".out"), "wb") as out, open(errors, "wb") as err:
-        os.dup2(out.fileno(), 1)
-        os.dup2(err.fileno(), 2)
-    if real:
-        os.environ["PYTHONPATH"] = f"{clock}{os.pathsep}{REPO}"
-        os.execv(sys.executable, [sys.executable, "-m", "calibrator.cli", *arguments])
-    sys.stdout, sys.stderr = open(1, "w", closefd=False), open(2, "w", closefd=False)
-    logging.getLogger().handlers.clear()
-    if clock.exists():
-        exec((clock / "sitecustomize.py").read_text(), {})
-    sys.exit(main(arguments))
-
-
-def descendants(pid: int) -> list[int]:
-    """Process ids of the children of a process, of their children, and so on."""
-    children: dict[int, list[int]] = {}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):  # it ended meanwhile
-            parent = int(stat.read_text().rpartition(")")[2].split()[1])
-            children.setdefault(parent, []).append(int(stat.parent.name))
-    found, left = [], [pid]
-    while left:
-        left += (own := children.get(left.pop(), []))
-        found += own
-    return found
-
-
-def role(pid: int) -> str:
-    """Which part of a run a driver's descendant is: yade-batch, yade, or the wrapper with shell and
-    time limit.
-    """
-    try:
-        line = Path(f"/proc/{pid}/cmdline").read_text()
-    except OSError:
-        return "ended"
-    words = [Path(word).name for word in line.split("\0")]
-    if words[0].startswith("python") and words[1] in ("yade", "yade-batch"):
-        return words[1]
-    return (
-        "wrapper"
-        if "run_yade.sh" in line and words[0] == "sh" or words[0] in ("timeout", "flock")
-        else "other"
-    )
-
-
 # The stage
 
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """The plan carried out without a fault: the case, a finished results folder, and the database
-    that it gives.
-    """
+    """The plan carried out without a fault: the case, its results, and their database."""
 
     case: Path
     results: Path
@@ -322,7 +169,7 @@ class Stage:
         errors.touch()
         arguments = ["run", str(self.case), "--results", str(self.path / "results")]
         process = FORK.Process(
-            target=_drive,
+            target=drive,
             args=(arguments, self.search_path, errors, self.whole.real, self.path / "clock"),
         )
         process.start()
@@ -393,9 +240,7 @@ class Stage:
             time.sleep(0.01)
 
     def processes(self) -> list[int]:
-        """Processes that work in the results folder: yade-batch and all below it, also without
-        their driver.
-        """
+        """Processes in the results folder: yade-batch and all below it, with or without driver."""
         found = []
         for link in Path("/proc").glob("[0-9]*/cwd"):
             with contextlib.suppress(OSError):
@@ -404,9 +249,7 @@ class Stage:
         return found
 
     def clear(self) -> None:
-        """End what is left of a fault that hangs: the processes in its own results folder, by their
-        ids.
-        """
+        """End what a fault that hangs has left: the processes in its results, by their ids."""
         for pid in self.processes():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
@@ -488,109 +331,4 @@ class Stage:
             subprocess.run(["umount", str(folder)], check=True)
 
 
-def mount(*arguments: str) -> None:
-    """Mount something; it is seen by this process and its children only, see `in_private`."""
-    subprocess.run(["mount", *arguments], check=True)
-
-
-def in_private(module: str, arguments: list[str]) -> None:
-    """Start a module again where mounts are its own business; returns only where that has been
-    done, or cannot be.
-
-    Sets FAULTS_PRIVATE to "yes" or "no".
-    """
-    if "FAULTS_PRIVATE" in os.environ:
-        return
-    os.environ["FAULTS_PRIVATE"] = "no"
-    for namespace in (["unshare", "--map-root-user", "--mount"], ["unshare", "--mount"]):
-        if (
-            shutil.which("unshare")
-            and subprocess.run([*namespace, "true"], capture_output=True).returncode == 0
-        ):
-            os.environ["FAULTS_PRIVATE"] = "yes"
-            os.execvp("unshare", [*namespace, sys.executable, "-m", module, *arguments])
-
-
 # The judge
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What a fault did: the counts that must be 0, and in words what was not as expected."""
-
-    lost_finished_runs: int
-    undetected_corruptions: int
-    wrong_answers: int
-    tracebacks: int
-    repeated_without_need: int
-    happened: str
-
-
-def judge(stage: Stage) -> Verdict:
-    """Call the driver once more, as a user would after a fault, and compare with the undisturbed
-    plan.
-    """
-    last = stage.run()
-    stage.expect(
-        last.status == 0, f"the next call ended with status {last.status}: {last.said[-200:]!r}"
-    )
-    said = "".join(e.said for e in stage.ends)
-    kept = {run_id: data for run_id, data in stage.finished.items() if run_id not in stage.damaged}
-    lost = [
-        i
-        for i, data in kept.items()
-        if not stage.record(i).exists() or stage.record(i).read_bytes() != data
-    ]
-    unnoticed = [i for i in stage.damaged if f"record {i}" not in said or i not in stage.believed()]
-    return Verdict(
-        lost_finished_runs=len(lost),
-        undetected_corruptions=len(unnoticed),
-        wrong_answers=int(not same_answer(stage)),
-        tracebacks=said.count("Traceback"),
-        repeated_without_need=len(_repeated(stage)),
-        happened="; ".join(stage.unexpected) or "as expected",
-    )
-
-
-def _repeated(stage: Stage) -> list[str]:
-    """Runs that were started again although they had finished, or after a kill although they were
-    not in flight.
-    """
-    calls = Counter(stage.calls())
-    again = [i for i in stage.finished if i not in stage.damaged and calls[i] > stage.started[i]]
-    if stage.killed:
-        again += [
-            i
-            for i in stage.whole.requests
-            if i not in stage.finished and calls[i] > 1 + stage.in_flight[i]
-        ]
-    return again
-
-
-def same_answer(stage: Stage) -> bool:
-    """Whether the database is the undisturbed one to the byte, apart from the runs that were to
-    fail, which must say so.
-    """
-    database = stage.database()
-    for other, version in stage.versions.items():
-        database = database.replace(f",{other},", f",{version},")
-    own, whole = _rows(database), _rows(stage.whole.database)
-    for run_id, status in stage.forsaken.items():
-        if whole.pop(run_id, None) is not None or run_id in own:
-            if run_id not in own or own.pop(run_id).split(",")[2] != status:
-                return False
-    return own == whole
-
-
-def _rows(database: str) -> dict[str, str]:
-    """{run id: line} of a database, and its header under ""."""
-    lines = [line for line in database.splitlines() if not line.startswith("#")]
-    return {"": lines[0], **{line.split(",")[0]: line for line in lines[1:]}}
-
-
-def with_substitutes(requests: list[Request]) -> list[Request]:
-    """These requests and the ones that take their place where they clog."""
-    return [
-        *requests,
-        *(r.with_seed(int(r.parameters["seed"]) + SUBSTITUTE_SEED) for r in requests),
-    ]

@@ -1,8 +1,7 @@
-"""What is kept when something dies, fills up, or lies: each kind of fault of tests/campaigns/faults/kinds.py
-once, on the fake YADE.
+"""What is kept when something dies, fills up, or lies: each kind of fault once, on the fake YADE.
 
-The campaign, `python -m tests.campaigns.faults`, injects each of them many times at random moments, and
-some into the real YADE.
+The campaign, `python -m tests.campaigns.faults`, injects each of them many times at random moments,
+and some into the real YADE.
 """
 
 import json
@@ -15,8 +14,11 @@ from pathlib import Path
 import pytest
 
 from calibrator.cli import main
-from tests.campaigns.faults.kinds import COUNTS, KINDS, SPOILED, counted
-from tests.campaigns.faults.stage import Stage, judge, undisturbed
+from tests.campaigns.faults.campaign import counted
+from tests.campaigns.faults.judge import COUNTS, judge
+from tests.campaigns.faults.kinds import KINDS
+from tests.campaigns.faults.records import SPOILED
+from tests.campaigns.faults.stage import Stage, undisturbed
 
 REPO = Path(__file__).resolve().parents[3]
 

@@ -70,6 +70,16 @@ def truth_of(case: Case, hidden: dict[str, float], rng: np.random.Generator) -> 
     }
 
 
+def hidden_effect(case: Case, hide: str | None, rng: np.random.Generator) -> dict[str, float]:
+    """What is asked for, at an amplitude that is drawn; None draws the effect as well."""
+    effects = {e.name: e for e in ex.library(case)}
+    if hide is None:
+        return drawn_effect(case, rng)
+    if hide in effects:
+        return sized(effects[hide], float(rng.uniform(0.8, 1.5)), rng)
+    return {} if hide == "none" else {hide: 1.0}
+
+
 def drawn_effect(case: Case, rng: np.random.Generator) -> dict[str, float]:
     """Nothing, or an effect of the library at 0.5 to 1.5 times its plausible size."""
     effects = ex.library(case)
@@ -177,7 +187,8 @@ def read_off(
 def lab_text(observables: Sequence[Observable], notes: Sequence[str]) -> str:
     """The lab file."""
     rows = [
-        f"{o.setup},{o.condition},{o.response},{o.value!r},{o.scatter!r},{o.replicates},{RESPONSES[o.response].unit},{o.role}"
+        f"{o.setup},{o.condition},{o.response},{o.value!r},{o.scatter!r},{o.replicates},"
+        f"{RESPONSES[o.response].unit},{o.role}"
         for o in observables
     ]
     return "".join(f"# {n}\n" for n in notes) + "\n".join([",".join(WITH_CONDITION), *rows]) + "\n"
@@ -186,19 +197,10 @@ def lab_text(observables: Sequence[Observable], notes: Sequence[str]) -> str:
 def make(folder: Path, hide: str | None, seed: int) -> None:
     """Draw, seal, run, report."""
     case, rng = read_case(CASE), np.random.default_rng(seed)
-    effects = {e.name: e for e in ex.library(case)}
-    if hide is None:
-        hidden = drawn_effect(case, rng)
-    elif hide in effects:
-        hidden = sized(effects[hide], float(rng.uniform(0.8, 1.5)), rng)
-    else:
-        hidden = {} if hide == "none" else {hide: 1.0}
-    truth = truth_of(case, hidden, rng)
+    truth = truth_of(case, hidden_effect(case, hide, rng), rng)
     truth["metrology"] = metrology(case.nuisances, rng)
-    sealed = json.dumps({"truth": truth, "salt": secrets.token_hex(16)}, sort_keys=True)
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / "commitment.txt", hashlib.sha256(sealed.encode()).hexdigest() + "\n")
-    write_text(folder / "sealed.json", sealed + "\n")
+    seal(folder, truth)
     found = ex.experiments(case, case.observables)
     with_small = {
         **truth,
@@ -235,6 +237,13 @@ def make(folder: Path, hide: str | None, seed: int) -> None:
         case,
         lab_text(reported, ["a synthetic laboratory whose truth is sealed: see commitment.txt"]),
     )
+
+
+def seal(folder: Path, truth: dict[str, Any]) -> None:
+    """Write the truth, which nobody opens before the diagnosis, and its hash, which is public."""
+    sealed = json.dumps({"truth": truth, "salt": secrets.token_hex(16)}, sort_keys=True)
+    write_text(folder / "commitment.txt", hashlib.sha256(sealed.encode()).hexdigest() + "\n")
+    write_text(folder / "sealed.json", sealed + "\n")
 
 
 def _added(hidden: dict[str, float], small: dict[str, float]) -> dict[str, float]:
