@@ -19,12 +19,12 @@ demo: yade $(VENV)/.done
 paper: yade $(VENV)/.done
 	$(BIN)/calibrator all cases/quartz_sand_reduced.toml $(if $(AFRESH),--verify-afresh) || [ $$? = 1 ]  # 1: verified, and missed
 	$(BIN)/calibrator run cases/quartz_sand_adaptive.toml
-	$(BIN)/python -m benchmarks.paper_case
+	$(BIN)/python -m benchmarks.paper.page
 
 hidden: yade $(VENV)/.done
-	$(BIN)/python -m benchmarks.hidden make $(SECRET) --hide $(HIDE) $(if $(SEED),--seed $(SEED))
+	$(BIN)/python -m tests.campaigns.hidden.laboratory make $(SECRET) --hide $(HIDE) $(if $(SEED),--seed $(SEED))
 	$(BIN)/calibrator diagnose $(SECRET)/case.toml
-	$(BIN)/python -m benchmarks.hidden score $(SECRET)
+	$(BIN)/python -m tests.campaigns.hidden.laboratory score $(SECRET)
 
 # Three live cases whose secrets can be made again by their seeds; their reports' figures go to docs/figures/live. Adhesion has the
 # first seed that draws more than 1.4 plausible sizes of it, for a case with a strong effect.

@@ -4,7 +4,7 @@ quartz_sand_reduced_lab.csv.
     python -m cases.make_reduced_lab
 
 The measurements belong to a cylinder of 32 mm with a neck of 5 mm. They are carried over by YADE
-runs (python -m benchmarks.hourglass_scale, grid/hourglass_scale.csv):
+runs (python -m benchmarks.runs.hourglass_scale, grid/hourglass_scale.csv):
 
 - density and rate by individual D, for which the paper gives its own simulation's values. How it
   measures the filled volume, and when its discharge ends, it does not say; at D the surface scanned
@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.hourglass_scale import COMPARED, finished
+from benchmarks.runs.hourglass_scale import COMPARED, finished
 from calibrator.runs.record import Record
 
 HERE = Path(__file__).resolve().parent

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from calibrator.case.toml import read_case
+from calibrator.runs import workspace
+
 FAKE = Path(__file__).with_name("fake_yade.py")
 
 CASE = """
@@ -113,3 +116,8 @@ def write_case(tmp_path):
         return path
 
     return write
+
+
+def space_for(path, results, fresh=False):
+    case = read_case(path)
+    return workspace.Workspace(case, results / case.name, fresh)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A throw-away SLURM on loopback for tests/test_cluster.py: two nodes that claim four CPUs each, in a partition `main`; n1 alone is `kept`.
+# A throw-away SLURM on loopback for tests/runs/test_slurm.py: two nodes that claim four CPUs each, in a partition `main`; n1 alone is `kept`.
 #   slurm_local.sh install                                     Debian's packages, where they are missing (root or sudo)
 #   slurm_local.sh start DIR PORT | stop DIR                   PORT and the two after it have to be free
 #   slurm_local.sh kill-node DIR n2 | start-node DIR n2        what a power cut looks like to the controller, and its end

@@ -1,6 +1,5 @@
 """The case files that come with the project."""
 
-import dataclasses
 from pathlib import Path
 
 import pytest
@@ -9,7 +8,6 @@ from calibrator.case.toml import read_case
 from calibrator.check import check_case
 from calibrator.cli import main
 from calibrator.diagnosis.diagnose import diagnose
-from calibrator.errors import CalibratorError
 from calibrator.plan.requests import plan_requests
 from calibrator.runs import workspace
 from calibrator.runs.setups import particles
@@ -43,20 +41,6 @@ def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fa
     assert sum(p.bits for p in case.problem.parameters) == 40
 
 
-@pytest.mark.parametrize(("numerics", "warned"), [({}, True), ({"rayleigh_fraction": 0.2}, False)])
-def test_inelastic_grains_at_the_default_step_are_warned_of(tmp_path, fake_yade, numerics, warned):
-    case = read_case(CASES / "coarse_sand.toml")
-    problem = dataclasses.replace(
-        case.problem, fixed={**case.problem.fixed, "restitution": 0.5, **numerics}
-    )
-    case = dataclasses.replace(case, problem=problem)
-    warnings = check_case(workspace.Workspace(case, tmp_path))["warnings"]
-    assert (
-        any("restitution below 0.6" in w and "rayleigh_fraction = 0.2" in w for w in warnings)
-        is warned
-    )
-
-
 def test_the_case_of_the_demo_does_not_contain_the_truth_behind_its_lab():
     case = read_case(CASES / "coarse_sand.toml")
     text = (CASES / "coarse_sand.toml").read_text()
@@ -75,28 +59,6 @@ def test_the_reduced_case_has_the_papers_parameters_and_enough_replicates():
     assert (
         sets >= 150 and reduced.plan.replicated_sets >= 0.2 * sets and reduced.plan.replicates >= 3
     )
-
-
-def test_cluster_settings_with_two_values_or_shell_text_are_refused(write_case, tmp_path):
-    path, site = write_case(("[run]", '[cluster]\npartition = "a"\n[run]')), tmp_path / "site.toml"
-    site.write_text(
-        '[cluster]\naccount = "sand"\nmodules = ["yade/2023.02"]\nshell = ["ulimit -c 0"]\n'
-    )
-    cluster = read_case(path, site).cluster
-    assert (cluster.partition, cluster.account) == ("a", "sand")
-    assert (cluster.modules, cluster.shell) == (("yade/2023.02",), ("ulimit -c 0",))
-    for wrong in (
-        'partition = "b"', 'account = "x; rm"', 'account = "x\\n"', 'time = "soon"', 'memory = "-1"', 'modules = ["a; rm"]',
-        'modules = ["-f"]', "nodes = 2", "most_tasks = 0",
-    ):  # fmt: skip
-        site.write_text(f"[cluster]\n{wrong}\n")
-        with pytest.raises(CalibratorError):
-            read_case(path, site)
-
-
-def test_a_case_that_somebody_sends_brings_no_shell_text(write_case):
-    with pytest.raises(CalibratorError, match="move it to a site file"):
-        read_case(write_case(("[run]", '[cluster]\nshell = ["rm -r x"]\n[run]')))
 
 
 def test_the_forecast_on_the_cluster_page_is_what_plan_prints(tmp_path, capsys):

@@ -14,9 +14,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import LAB
 
-from benchmarks.fuzzing import only_data, safe_table
 from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import PARAMETERS, SCRIPTS, SETUPS
 from calibrator.cli import main
@@ -31,6 +29,8 @@ from calibrator.runs.local import run
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, cell, write_table
 from calibrator.verification.verify import verification_requests
+from tests.campaigns.bad_input.rules import only_data, safe_table
+from tests.conftest import LAB
 
 NASTY = [
     "a b",

@@ -9,12 +9,12 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import processes_in
 
 from calibrator.runs import local
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
 from calibrator.runs.request import Request
+from tests.conftest import processes_in
 
 LISTEN = "0A"  # state of a socket in /proc/net/tcp
 LOOPBACK = ("0100007F", "0" * 24 + "01000000", "0" * 16 + "FFFF0000" + "0100007F")

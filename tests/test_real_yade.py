@@ -10,7 +10,6 @@ import time
 
 import numpy as np
 import pytest
-from conftest import processes_in
 
 from calibrator.case.physics import LARGEST_STEP_SHARE, contact_time
 from calibrator.case.vocabulary import EFFECTS, RESPONSES, SCRIPTS, parameters_of
@@ -18,6 +17,7 @@ from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
 from calibrator.runs.request import Request, write_table
+from tests.conftest import processes_in
 
 pytestmark = pytest.mark.yade
 

@@ -8,28 +8,16 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
-from conftest import LAB
-
 from calibrator.case.toml import read_case
 from calibrator.cli import main
-from calibrator.errors import CalibratorError
-from calibrator.plan.forecast import forecast
-from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect, database_records, run_plan
-from calibrator.plan.seeds import SUBSTITUTE_SEED
-from calibrator.runs import workspace
 from calibrator.runs.database import Database
 from calibrator.search.calibrate import calibrate
 from calibrator.search.outcome import current_calibration
 from calibrator.verification.verify import verification_requests, verify
+from tests.conftest import LAB, space_for
 
 REPO = Path(__file__).resolve().parent.parent
-
-
-def space_for(path, results, fresh=False):
-    case = read_case(path)
-    return workspace.Workspace(case, results / case.name, fresh)
 
 
 def test_the_whole_way_recovers_the_frictions_and_passes_its_verification(
@@ -85,23 +73,6 @@ def test_after_kill_9_in_mid_run_the_database_is_the_same_to_the_byte(
     assert (broken.path / "database.csv").read_bytes() == (whole.path / "database.csv").read_bytes()
 
 
-def test_a_clogged_run_gets_a_substitute_and_stays_counted(write_case, tmp_path, fake_yade):
-    space = space_for(write_case(("sets = 14", "sets = 4")), tmp_path)
-    clogged = plan_requests(space.case)[3]
-    space.path.mkdir(parents=True)
-    (space.path / "misbehave.json").write_text(
-        json.dumps({str(clogged.parameters["seed"]): "clog"})
-    )
-    outcome = run_plan(space)
-    assert outcome.statuses == {"clogged": 1, "ok": 8}
-    collect(space)
-    seeds = {
-        r.request.parameters["seed"]
-        for r in Database.read(space.path / "database.csv").records.values()
-    }
-    assert clogged.parameters["seed"] + SUBSTITUTE_SEED in seeds
-
-
 def test_shipped_runs_start_a_plan_but_never_a_verification(write_case, tmp_path, fake_yade):
     path = write_case()
     first = space_for(path, tmp_path / "first")
@@ -130,66 +101,9 @@ def test_an_unreachable_target_is_said_before_and_after(write_case, tmp_path, fa
         if verb is verify:
             before = calibrate(space)
         after = verb(space)
-    assert (
-        before.reachability.missed == ("hourglass.bulk_density",) and not before.reachability.all
-    )
+    assert before.reachability.missed == ("hourglass.bulk_density",) and not before.reachability.all
     rows = {r.key: r.passed for r in after.candidates["compromise"].responses}
     assert not after.passed and not rows["hourglass.bulk_density"]
-
-
-def test_a_plan_beyond_its_budget_does_not_start(write_case, tmp_path, fake_yade):
-    space = space_for(write_case(("jobs = 1", "jobs = 1\nbudget_core_hours = 0.01")), tmp_path)
-    with pytest.raises(CalibratorError, match="budget_core_hours"):
-        run_plan(space)
-
-
-def test_a_verb_out_of_order_names_the_one_to_run_first(write_case, tmp_path, fake_yade, capsys):
-    path = write_case()
-    assert main(["verify", str(path), "--results", str(tmp_path)]) == 2
-    assert "calibrator calibrate" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        (("population", "popolation"), "did you mean population"),
-        (("low = 0.2", "low = 0.9"), "is not below high"),
-        (("[parameters.sliding_friction]", "[parameters.sliding]"), "unknown parameter"),
-    ],
-)
-def test_bad_input_is_one_line_on_stderr_and_a_non_zero_exit(
-    write_case, tmp_path, capsys, change, why
-):
-    assert main(["check", str(write_case(change)), "--results", str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert why in error and error.count("\n") == 1
-
-
-def test_a_nan_target_is_one_line_on_stderr_and_a_non_zero_exit(write_case, tmp_path, capsys):
-    assert (
-        main(
-            ["check", str(write_case(lab=LAB.replace("1605.6", "nan"))), "--results", str(tmp_path)]
-        )
-        == 2
-    )
-    assert "give a finite value" in capsys.readouterr().err
-
-
-def test_a_missing_yade_is_one_line_on_stderr_and_a_non_zero_exit(
-    write_case, tmp_path, capsys, monkeypatch
-):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert main(["run", str(write_case()), "--results", str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert "is not installed" in error and error.count("\n") == 1
-
-
-def test_plan_writes_a_table_that_holds_every_run(write_case, tmp_path):
-    space = space_for(write_case(('design = "sobol"', 'design = "grid"')), tmp_path)
-    outcome = forecast(space)
-    lines = (space.path / "plan" / "hourglass.table").read_text().splitlines()
-    assert outcome.runs == 4 * 4 * 2 * 2 == len(lines) - 1
-    assert outcome.core_hours == pytest.approx(sum(s.core_hours for s in outcome.setups.values()))
 
 
 def test_a_published_verification_is_followed_without_simulating_and_only_by_its_own_runs(

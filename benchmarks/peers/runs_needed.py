@@ -1,0 +1,159 @@
+"""Runs until the recommended set, verified, meets every target: our adaptive design, other designs,
+and two peers.
+
+    python -m benchmarks.peers.runs_needed                    about 20 minutes on one core; the first time
+    pip fetches the peers python -m benchmarks.peers.runs_needed --quick            two seeds, prints
+    only: a smoke test python -m benchmarks.peers.runs_needed --database D.csv   another database of the
+    same case python -m benchmarks.peers.runs_needed --methods "a;b"    only these, nothing written
+
+Writes benchmarks/results/runs_needed.json and .png. No simulation: a run is the mean of Gaussian
+processes through the real runs of cases/quartz_sand_reduced.toml plus normal noise of the size that
+its replicates show. Every seed draws a true set from the central 80 % of each range; its mean
+responses are the targets, so they can be met. A set meets them where each noise-free response lies
+within 2 % or, where that is more, two standard errors of the mean of three runs.
+
+Who counts what. Ours and the Sobol design stop by their own verification and are judged by the
+noise-free surface, which they never see: a confirmed set that misses is a failure. The peers have
+no verification, and are counted in three ways. Oracle, their `median_runs`: after each of their
+rounds whatever they would recommend is judged by the noise-free surface, and the first hit counts,
+plus three runs to verify it; nobody has such an oracle, so this is a lower bound, given for ours as
+well. Verified: what they report is verified by three runs after each round, as the Sobol design's
+is, and the first that passes counts. By itself: they stop by their own rule, and three runs verify
+what they report. Parameters on a log scale reach them as logarithms. The surface being a Gaussian
+process suits methods that fit one; the peers see only responses.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common import RESULTS, rounded, write
+from benchmarks.peers.client import REQUIRED
+from benchmarks.peers.methods import ONLY, Peers, methods
+from benchmarks.peers.picture import plot
+from benchmarks.peers.rows import reachable_row, unreachable_row, verdicts
+from benchmarks.peers.trial import (
+    BAR,
+    MOST_RUNS,
+    RESPONSES,
+    Surface,
+    reachable_trial,
+    unreachable_trial,
+)
+from calibrator.case.toml import read_case
+
+CASE = Path(__file__).resolve().parents[2] / "cases" / "quartz_sand_reduced.toml"
+
+
+# Methods: each takes a trial and whether to stop at the first hit
+
+
+# Statistics
+
+
+def measure(surface: Surface, seeds: int, chosen: list[str]) -> dict[str, Any]:
+    """All results, by scenario, number of parameters and method."""
+    peers = Peers()
+    makers = {
+        "reachable": (reachable_trial, reachable_row),
+        "unreachable": (unreachable_trial, unreachable_row),
+    }
+    results: dict[str, Any] = {scenario: {} for scenario in makers}
+    try:
+        for scenario, count in itertools.product(makers, BAR):
+            make, summary = makers[scenario]
+            rows = results[scenario][str(count)] = {}
+            for name, method in methods(peers).items():
+                if (chosen and name not in chosen) or ONLY.get(name, count) != count:
+                    continue
+                begin = time.perf_counter()
+                rows[name] = summary(
+                    [method(make(surface, count, seed)) for seed in range(1, seeds + 1)]
+                )
+                print(
+                    scenario,
+                    count,
+                    name,
+                    rows[name],
+                    f"{time.perf_counter() - begin:.0f} s",
+                    flush=True,
+                )
+    finally:
+        peers.close()
+    return results
+
+
+# Figure
+
+
+def arguments() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="two seeds, nothing written")
+    parser.add_argument(
+        "--database", type=Path, help="runs of the case, if not those that it ships with"
+    )
+    parser.add_argument(
+        "--methods",
+        type=lambda s: s.split(";"),
+        default=[],
+        help="names separated by semicolons; nothing written",
+    )
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--results", type=Path, default=RESULTS, help="folder to write to")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Measure, write, draw."""
+    given = arguments()
+    case = read_case(CASE)
+    database = given.database or case.shipped
+    if database is None:
+        raise SystemExit(f"{CASE.name} ships no database: give one with --database")
+    surface = Surface.of(case, database)
+    measured = measure(surface, 2 if given.quick else given.seeds, given.methods)
+    if given.quick or given.methods:
+        return
+    about = (__doc__ or "").split("\n\n")
+    results: dict[str, Any] = {
+        "about": " ".join(" ".join(about[2:]).split()),
+        "data": {
+            "share_of_the_box_that_meets_the_targets": {
+                count: rounded(
+                    float(
+                        np.median(
+                            [
+                                reachable_trial(surface, count, s).share()
+                                for s in range(1, given.seeds + 1)
+                            ]
+                        )
+                    ),
+                    3,
+                )
+                for count in BAR
+            },
+            "sets": len(surface.interpolant.points),
+            "noise": dict(
+                zip(RESPONSES, map(partial(rounded, digits=3), surface.noise.tolist()), strict=True)
+            ),
+            "peers": REQUIRED,
+            "most_runs": MOST_RUNS,
+        },
+        "verdict": verdicts(measured["reachable"]),
+        **measured["reachable"],
+        "unreachable": measured["unreachable"],
+    }
+    write("runs_needed", results, given.results)
+    plot(measured["reachable"], given.results)
+
+
+if __name__ == "__main__":
+    main()

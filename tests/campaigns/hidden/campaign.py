@@ -1,0 +1,155 @@
+"""How often is the verdict right? Measurements in which an effect is hidden, from pools of real
+YADE runs.
+
+    calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv,
+    grid/missing_effect.csv python -m tests.campaigns.hidden.campaign run [N [CLASS]]     carry out the
+    pools (resumable), hours: grid/missing_effect_pools.csv;
+                                                           N runs of each instead of five, of
+                                                           classes whose label begins so or whose
+                                                           number it is
+    python -m tests.campaigns.hidden.campaign                     judge them:
+    benchmarks/results/hidden_effect.json
+
+A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong
+amplitude, an effect outside the library, or a pair. What the bars are about (nothing, strong
+effects) has several truths. Its pool holds a few runs of every experiment, spare ones where some
+clog; a trial draws five of each as the replicates of a laboratory, and errors of metrology anew; a
+neck or a level that is slightly off shifts them along the surfaces' slopes. Pools are shared by the
+trials of a class, so intervals are bootstrapped by pool. Each class of a single effect is judged
+once more without that effect in the library. After a look at the first truths came, in
+`verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and
+that a control is not named; the scatter of runs with an effect and the design of these runs; and in
+the case the plausible sizes, what is dried and walls that are only smoother. The figures that count
+are those of truths that were judged for the first time after all that: each kind once, but for the
+control, strong effects and nothing hidden more often; `all_truths` has the earlier ones as well
+that have runs of every experiment. The fresh YADE runs by which `diagnose` can take a name back are
+not made here, so live it names less.
+"""
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.common import write
+from calibrator.case.case import Case
+from calibrator.case.toml import read_case
+from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis import observed
+from calibrator.runs.database import Database
+from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.local import run
+from calibrator.terminal import ProgressBar
+from tests.campaigns.hidden.laboratory import REPLICATES, SHIPPED
+from tests.campaigns.hidden.rates import figures, smallest
+from tests.campaigns.hidden.trials import Trial, library, trial
+from tests.campaigns.hidden.truths import CONTROL, JUDGED_LAST, POOL, Class, classes
+
+REPO = Path(__file__).resolve().parents[3]
+CASE = REPO / "cases" / "missing_effect.toml"
+FOLDER = RunFolder(REPO / "results" / "missing_effect_pools")
+POOLS = REPO / "grid" / "missing_effect_pools.csv"
+TRIALS = 10  # of a class
+
+
+def carry_out(case: Case, one: Class, most: int, there: Database) -> None:
+    """The first runs of a pool that are not there yet, then spare ones where some clog or throw a
+    grain off.
+    """
+    found = ex.experiments(case, case.observables)
+    counts, before = [most] * len(found), [0] * len(found)
+    while counts != before:
+        asked = [own[:n] for own, n in zip(one.requests, counts, strict=True)]
+        todo = [r for own in asked for r in own if not there.find([r])]
+        have = Database(
+            [
+                *there.find([r for own in asked for r in own]),
+                *run(FOLDER, todo, report=ProgressBar(sys.stderr)),
+            ]
+        )
+        good = [
+            len(observed.values_of(e, have.find(own))) for e, own in zip(found, asked, strict=True)
+        ]
+        spare = [max(min(most, REPLICATES) - n, 0) for n in good]
+        before, counts = (
+            counts,
+            [min(n + more, POOL) for n, more in zip(counts, spare, strict=True)],
+        )
+
+
+def main() -> None:
+    """Carry out the pools, or judge them."""
+    case = read_case(CASE)
+    everything = classes(case)
+    asked = [r for c in everything for own in c.requests for r in own]
+    what, *some = sys.argv[1:] or ["judge"]
+    there = Database.read(POOLS) if POOLS.exists() else Database()
+    if what == "run":
+        most, label = int(some[0]) if some else REPLICATES, some[1] if some[1:] else ""
+        chosen = [c for c in everything if c.label.startswith(label) or str(c.index) == label]
+        if not chosen:
+            labels = ", ".join(sorted({c.label for c in everything}))
+            sys.exit(
+                f"no class has the number {label} or a label that begins so: give one of {labels}"
+            )
+        for one in chosen:
+            carry_out(case, one, most, there)
+    pools = Database(
+        {r.run_id: r for r in [*there.records.values(), *gather(FOLDER, asked)]}.values()
+    )
+    if not len(pools) or (what != "run" and not SHIPPED.exists()):
+        sys.exit("no runs to judge: see the commands at the top of this file")
+    pools.write(POOLS, "python -m tests.campaigns.hidden.campaign run")
+    if what == "run":
+        return
+    shipped = Database.read(SHIPPED)
+    trials = judged_trials(case, everything, pools, shipped)
+    last = [t for t in trials if t.pool in JUDGED_LAST]
+    results = {
+        **figures(last),
+        "all_truths": figures(trials),
+        "smallest": smallest(case, library(case, shipped)),
+    }
+    # a median over no trial is none, and JSON has no NaN
+    write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
+
+
+def judged_trials(
+    case: Case, everything: Sequence[Class], pools: Database, database: Database
+) -> list[Trial]:
+    """All trials; a class whose pool is too small, as most of its runs clog, is left out and said
+    so.
+    """
+    whole, trials = library(case, database), []
+    found = ex.experiments(case, case.observables)
+    for index, one in enumerate(everything):
+        pool = [
+            observed.values_of(e, pools.find(own))
+            for e, own in zip(found, one.requests, strict=True)
+        ]
+        if min(map(len, pool)) < REPLICATES:
+            print(
+                f"{one.label}, {one.strength}: only {min(map(len, pool))} complete runs of an"
+                " experiment, left out",
+                file=sys.stderr,
+            )
+            continue
+        rng = np.random.default_rng(10_000 + index)
+        trials += [trial(case, one, pool, whole, False, rng) for _ in range(TRIALS)]
+        if one.strength in ("middling", "strong") and one.label != CONTROL:
+            without = library(case, database, one.label)
+            trials += [trial(case, one, pool, without, True, rng) for _ in range(TRIALS // 4)]
+        print(
+            one.label,
+            one.strength,
+            dict(Counter(t.verdict.said for t in trials if t.label == one.label)),
+            file=sys.stderr,
+        )
+    return trials
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,208 @@
+"""One laboratory drawn from a pool, the verdict on it, and what simpler rules would have said."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from calibrator.case.case import Case
+from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis import observed
+from calibrator.diagnosis.explanations import Effect, Explanation, Measured, rivals
+from calibrator.diagnosis.gap import Gap
+from calibrator.diagnosis.surfaces import Surfaces
+from calibrator.diagnosis.verdict import Verdict, judge
+from calibrator.plan.design import sobol
+from calibrator.runs.database import Database
+from tests.campaigns.hidden.laboratory import (
+    OUTSIDE,
+    REPLICATES,
+    metrology,
+    read_off,
+    small_effects,
+)
+from tests.campaigns.hidden.truths import Class, true_size
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was hidden (size: amplitude of a single effect) in which pool, what was said, and by how
+    much the gap closed.
+
+    best_chi2, naive, bic : names by simpler rules: the effect of lowest chi2 after a refit, the
+    same only where chi2 rejects the model at 5 %, and the one that lowers the Bayesian information
+    criterion.
+    """
+
+    label: str
+    strength: str
+    pool: int
+    hidden: tuple[str, ...]
+    size: float
+    withheld: bool
+    verdict: Verdict
+    best_chi2: str
+    naive: str
+    bic: str
+    amplitude: tuple[float, float] | None = None
+    gaps: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A library with its surfaces: the whole one, or one from which an effect is withheld."""
+
+    effects: list[Effect]
+    surfaces: Surfaces
+    used: np.ndarray
+    held: np.ndarray
+
+
+def library(case: Case, database: Database, withheld: str = "") -> Judged:
+    """Surfaces of the case's diagnosis from shipped runs."""
+    effects = [e for e in ex.library(case) if e.name != withheld]
+    found = ex.experiments(case, case.observables)
+    points = sobol(case.problem, case.diagnosis.sets)
+    plain = [database.find(own) for own in ex.plain_requests(case, found, points)]
+    changes = [
+        database.find(own) for own in ex.change_requests(case, found, ex.library(case), points)
+    ]
+    if withheld:
+        changes = [[r for r in own if withheld not in r.request.parameters] for own in changes]
+    surfaces = observed.surfaces(case, found, effects, plain, changes)
+    ordered = ex.in_order(case.observables, found)
+    kept, _ = observed.distinct(ordered, surfaces)
+    used = np.array([i for i in kept if ordered[i].role != "held_out"])
+    held = np.array([i for i, o in enumerate(ordered) if o.role == "held_out"])
+    return Judged(effects, surfaces, used, held)
+
+
+def measurements(
+    case: Case, pool: list[np.ndarray], judged: Judged, rng: np.random.Generator
+) -> Measured:
+    """One laboratory: replicates of every experiment from its pool (runs, n), and errors of
+    metrology.
+    """
+    found = ex.experiments(case, case.observables)
+    ordered = ex.in_order(case.observables, found)
+    values = np.hstack([own[rng.choice(len(own), REPLICATES, replace=False)] for own in pool])
+    draws = metrology(case.nuisances, rng)
+    d, k = judged.surfaces.dimensions, len(judged.effects)
+    slopes = judged.surfaces.jacobian(np.full(d, 0.5), np.zeros(k))[:, d:]
+    names = [e.name for e in judged.effects]
+    nuisances = [n for n in case.nuisances if not n.effect or n.effect in names]
+    reported = read_off(ordered, values, nuisances, draws)
+    small = small_effects(nuisances, draws)
+    shift = sum(
+        (
+            slopes[:, names.index(n)] * v / judged.effects[names.index(n)].scale
+            for n, v in small.items()
+        ),
+        0.0,
+    )
+    found_errors = observed.measured(reported, nuisances, judged.surfaces, slopes, judged.effects)
+    return replace(found_errors, values=found_errors.values + shift)
+
+
+def trial(
+    case: Case,
+    one: Class,
+    pool: list[np.ndarray],
+    judged: Judged,
+    withheld: bool,
+    rng: np.random.Generator,
+) -> Trial:
+    """Judge one laboratory, and what simpler rules would have said."""
+    everything = measurements(case, pool, judged, rng)
+    measured = everything.only(judged.used)
+    verdict = judge(judged.surfaces, everything, judged.effects, judged.used, rng, held=judged.held)
+    found = verdict.rivals or rivals(judged.surfaces, measured, judged.effects, judged.used)
+    best = min(found.single, key=lambda fit: fit.chi2)
+    rejected = chi2.sf(found.none.chi2, found.none.degrees) < 0.05
+    penalty = np.log(len(judged.used))
+    hidden = tuple(n for n in one.truth["hidden"] if n not in OUTSIDE)
+    amplitude, gaps = None, {}
+    if verdict.kind == "named":
+        assert verdict.best is not None
+        k = [e.name for e in judged.effects].index(verdict.effects[0])
+        amplitude = (float(verdict.best.amplitude[k]), float(verdict.best.amplitude_error[k]))
+        gaps = closed(judged, everything, found.none, verdict.best, found.single, rng)
+    return Trial(
+        one.label,
+        one.strength,
+        one.index,
+        hidden,
+        true_size(case, one),
+        withheld,
+        verdict,
+        best.effects[0],
+        best.effects[0] if rejected else "none",
+        best.effects[0] if best.chi2 + penalty < found.none.chi2 else "none",
+        amplitude,
+        gaps,
+    )
+
+
+def closed(
+    judged: Judged,
+    measured: Measured,
+    none: Explanation,
+    best: Explanation,
+    single: Sequence[Explanation],
+    rng: np.random.Generator,
+) -> dict[str, float]:
+    """Closed share of the gap on data used and held out, by the named effect, the runner-up and a
+    ghost.
+    """
+    rank = sorted(single, key=lambda fit: fit.chi2)
+    runner_up = next(fit for fit in rank if fit.effects != best.effects)
+    models, found = {"none": none, "best": best, "next": runner_up}, {}
+    for what, index in (("used", judged.used), ("held_out", judged.held)):
+        # the same for all, or a larger error would pass for a smaller gap
+        error = standard_errors(judged, measured, none, index)
+        z = {name: residuals(judged, measured, fit, index) / error for name, fit in models.items()}
+        floor = (
+            1.0
+            if what == "held_out"
+            else float(np.sqrt((len(index) - judged.surfaces.dimensions) / len(index)))
+        )
+        before = rms(z["none"])
+        found[f"{what}_before"], found[f"{what}_after"] = before, rms(z["best"])
+        found[f"{what}_closed"] = Gap(before, rms(z["best"]), floor).closed
+        found[f"{what}_runner_up"] = Gap(before, rms(z["next"]), floor).closed
+        ghost = np.mean(
+            [Gap(before, rms(ghosted(z["none"], rng)), floor).closed for _ in range(20)]
+        )
+        found[f"{what}_ghost"] = float(ghost)
+    return found
+
+
+def residuals(
+    judged: Judged, measured: Measured, fit: Explanation, index: np.ndarray
+) -> np.ndarray:
+    """Measurements at index minus what an explanation predicts."""
+    return np.asarray((measured.values - judged.surfaces.mean(fit.unit, fit.amplitude)[0])[index])
+
+
+def standard_errors(
+    judged: Judged, measured: Measured, fit: Explanation, index: np.ndarray
+) -> np.ndarray:
+    """Errors of measurements and surfaces at index."""
+    return np.asarray(
+        np.sqrt(np.diag(measured.covariance + judged.surfaces.error(fit.unit, fit.amplitude)))[
+            index
+        ]
+    )
+
+
+def ghosted(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """What is left when a random direction is fitted to the residuals by the data themselves."""
+    direction = rng.standard_normal(len(z))
+    direction /= np.linalg.norm(direction)
+    return np.asarray(z - (z @ direction) * direction)
+
+
+def rms(z: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(z**2)))

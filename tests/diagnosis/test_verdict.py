@@ -1,0 +1,128 @@
+"""Verdicts on measurements of a made-up world in which the truth is known."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from calibrator.diagnosis.explanations import explain
+from calibrator.diagnosis.verdict import Rule, judge, withstands
+from tests.toy_world import COUNT, EFFECTS, World
+
+ALL = np.arange(COUNT)
+
+
+def judged(world, surfaces, seed, kept=ALL, held=(), off=0.0, **hidden):
+    """off : scatters of a replicate by which the held-out measurements are wrong."""
+    rng = np.random.default_rng(seed)
+    measured = world.measure(surfaces, rng, **hidden)
+    measured.values[list(held)] += off
+    return judge(surfaces, measured, EFFECTS, kept, rng, held=held)
+
+
+def test_where_nothing_is_hidden_the_verdict_is_no_gap(world, surfaces):
+    kinds = [judged(world, surfaces, seed).kind for seed in range(20)]
+    assert kinds.count("no gap") >= 18
+
+
+@pytest.mark.parametrize("hidden", range(len(EFFECTS)))
+def test_a_strong_effect_is_named_with_its_amplitude(world, surfaces, hidden):
+    sizes = np.zeros(len(EFFECTS))
+    sizes[hidden] = 1.5
+    verdicts = [judged(world, surfaces, seed, sizes=sizes) for seed in range(4)]
+    right = [v for v in verdicts if v.kind == "named"]
+    assert len(right) >= 3 and {v.effects for v in right} == {(EFFECTS[hidden].name,)}
+    for v in right:
+        assert abs(v.best.amplitude[hidden] - 1.5) < 4 * v.best.amplitude_error[hidden]
+
+
+def test_an_effect_outside_the_library_is_not_given_a_name_of_the_library(world, surfaces):
+    verdicts = [judged(world, surfaces, seed, outside=1.0) for seed in range(8)]
+    assert "named" not in {v.kind for v in verdicts} and "no gap" not in {v.kind for v in verdicts}
+
+
+def test_a_name_is_taken_back_where_it_does_not_predict_what_was_held_out(world, surfaces):
+    used, held, hidden = np.arange(COUNT - 3), np.arange(COUNT - 3, COUNT), (1.5, 0, 0, 0)
+    good = [judged(world, surfaces, seed, used, held, sizes=hidden) for seed in range(8)]
+    assert [v.kind for v in good].count("named") >= 7
+    for seed, before in enumerate(good):
+        after = judged(world, surfaces, seed, used, held, off=5.0, sizes=hidden)
+        if before.kind == "named":
+            assert before.held_out >= 0.02 > after.held_out
+            assert (after.kind, after.effects, after.best) == (
+                "ambiguous",
+                ("adhesion", "unknown"),
+                None,
+            )
+
+
+def test_held_out_data_are_as_probable_as_they_should_be_under_the_truth(world):
+    """Or rather more: what the surfaces may miss is counted as an error whether they do or not."""
+    used, held, p = np.arange(COUNT - 4), np.arange(COUNT - 4, COUNT), []
+    for seed in range(40):
+        surfaces = world.surfaces(np.random.default_rng(100 + seed))
+        everything = world.measure(surfaces, np.random.default_rng(seed), sizes=(1.5, 0, 0, 0))
+        fit = explain(surfaces, everything.only(used), EFFECTS, (0,), used)
+        p.append(withstands(surfaces, everything, EFFECTS, fit, used, held))
+    assert np.median(p) > 0.4 and np.quantile(p, 0.1) < 0.6 and np.mean(np.array(p) < 0.02) < 0.08
+
+
+def test_two_effects_at_once_are_told_from_one(world, surfaces):
+    verdicts = [judged(world, surfaces, seed, sizes=(1.5, 0, -1.5, 0)) for seed in range(6)]
+    two = [v for v in verdicts if v.kind == "two effects"]
+    assert len(two) >= 3 and {v.effects for v in two} == {("adhesion", "tilt")}
+    assert "named" not in {v.kind for v in verdicts}
+    seed = next(seed for seed, v in enumerate(verdicts) if v.kind == "two effects")
+    rng = np.random.default_rng(seed)
+    control = [dataclasses.replace(e, control=e.name == "tilt") for e in EFFECTS]
+    assert (
+        judge(
+            surfaces, world.measure(surfaces, rng, sizes=(1.5, 0, -1.5, 0)), control, ALL, rng
+        ).kind
+        == "unknown"
+    )
+
+
+def test_with_few_observables_it_cannot_tell(world, surfaces):
+    verdict = judged(world, surfaces, 1, kept=np.arange(6), sizes=(1.5, 0, 0, 0))
+    assert verdict.kind == "cannot tell"
+
+
+def test_effects_that_look_the_same_are_left_ambiguous(world):
+    twins = World(3)
+    twins.effects[1] = 1.02 * twins.effects[0]
+    surfaces = twins.surfaces(np.random.default_rng(5))
+    verdicts = [judged(twins, surfaces, seed, sizes=(1.5, 0, 0, 0)) for seed in range(4)]
+    ambiguous = [v for v in verdicts if v.kind == "ambiguous"]
+    assert len(ambiguous) >= 3
+    assert all({"adhesion", "drag"} <= set(v.effects) for v in ambiguous)
+
+
+@pytest.mark.parametrize("rule", [Rule(), Rule(reach=0.8)])
+def test_a_control_and_an_amplitude_beyond_what_was_run_are_not_named(world, surfaces, rule):
+    rng = np.random.default_rng(2)
+    measured = world.measure(surfaces, rng, sizes=(1.5, 0, 0, 0))
+    assert judge(surfaces, measured, EFFECTS, ALL, rng).kind == "named"
+    control = rule == Rule()
+    effects = [dataclasses.replace(e, control=control and e.name == "adhesion") for e in EFFECTS]
+    verdict = judge(surfaces, measured, effects, ALL, rng, rule)
+    assert (verdict.kind, verdict.effects) == ("ambiguous", ("adhesion", "unknown"))
+
+
+def test_a_stricter_rule_names_less(world, surfaces):
+    rng = np.random.default_rng(2)
+    measured = world.measure(surfaces, rng, sizes=(0.6, 0, 0, 0))
+    assert judge(surfaces, measured, EFFECTS, ALL, rng, Rule(lead=1e9)).kind != "named"
+
+
+def test_an_effect_that_shows_nowhere_neither_wins_nor_breaks_the_verdict(world):
+    blind = World(3)
+    blind.effects[1] = 0
+    surfaces = blind.surfaces(np.random.default_rng(4))
+    # not even noise: no run of any experiment knows the effect
+    for one in (*surfaces.plain, *surfaces.changes):
+        one.coefficients[10:14] = 0
+    verdict = judged(blind, surfaces, 1, sizes=(1.5, 0, 0, 0))
+    assert verdict.effects == ("adhesion",)
+    assert np.isfinite(list(verdict.posterior.values())).all()
+    assert verdict.rivals.single[1].amplitude_error[1] == np.inf

@@ -1,0 +1,122 @@
+"""The adaptive design on surfaces whose answer is known, and through the whole workflow on a fake
+YADE.
+"""
+
+from math import erf, sqrt
+
+import numpy as np
+import pytest
+
+from calibrator.case.problem import Parameter, Problem, Target
+from calibrator.plan.adaptive import Settings, bands, chances, is_met, propose
+from calibrator.plan.design import sobol
+
+FRICTIONS = (Parameter("rolling_friction", 0.1, 0.5), Parameter("sliding_friction", 0.2, 0.7))
+KEYS = ("hourglass.bulk_density", "hourglass.drained_equivalent_angle_deg")
+NOISE = np.array([4.0, 0.4])
+SIXTY = Settings(budget=60)
+
+
+def respond(points):
+    rolling, sliding = points.T
+    return np.column_stack(
+        [1650 - 80 * sliding - 50 * rolling**2, 22 + 25 * np.tanh(2 * rolling) + 10 * sliding]
+    )
+
+
+def problem(values):
+    return Problem(
+        FRICTIONS,
+        tuple(Target(*k.split("."), v, tolerance=0.005) for k, v in zip(KEYS, values, strict=True)),
+    )
+
+
+def designed(own, seed, settings=SIXTY, bad=lambda points: np.zeros(len(points), bool)):
+    """Run a design to its end; returns the last proposal, the kinds on the way and the number of
+    runs.
+    """
+    rng = np.random.default_rng(seed)
+    points = np.repeat(sobol(own, 6), [3, 3, 1, 1, 1, 1], axis=0)
+    values, kinds = respond(points) + NOISE * rng.standard_normal((len(points), 2)), []
+    failed = np.empty((0, 2))
+    while True:
+        proposal = propose(own, points, values, settings, failed=failed)
+        kinds.append(proposal.kind)
+        if proposal.stops:
+            return proposal, kinds, len(points)
+        new = proposal.points
+        failed = np.vstack([failed, new[bad(new)]])
+        new = new[~bad(new)]
+        points = np.vstack([points, new])
+        values = np.vstack([values, respond(new) + NOISE * rng.standard_normal((len(new), 2))])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_reachable_target_is_confirmed_with_few_runs(seed):
+    truth = np.array([[0.17, 0.62]])
+    own = problem(respond(truth)[0])
+    last, kinds, runs = designed(own, seed)
+    assert last.kind == "confirmed" and runs <= 30
+    missed = np.abs(respond(last.recommended[None])[0] - respond(truth)[0])
+    assert (missed <= bands(own.targets, NOISE, 3) + 2 * NOISE / np.sqrt(3)).all()
+    assert "explore" in kinds or "confirm" in kinds
+
+
+def test_targets_out_of_reach_are_said_to_be_so_long_before_the_budget():
+    last, _, runs = designed(problem([1900.0, 35.0]), 1)
+    assert last.kind == "unreachable" and runs < 30
+    assert "cannot be met" in last.sentence and "bulk_density stays -" in last.sentence
+    corner = respond(np.array([[0.1, 0.2], [0.5, 0.7]]))
+    # a bit of both targets, neither given up
+    assert corner[1, 0] < respond(last.recommended[None])[0, 0] < corner[0, 0]
+
+
+def test_the_budget_ends_a_design():
+    own = problem(respond(np.array([[0.17, 0.62]]))[0])
+    last, _, runs = designed(own, 2, Settings(budget=11, confidence=1.1))
+    assert last.kind == "budget" and 11 <= runs <= 12
+
+
+def test_a_failed_set_is_not_proposed_again():
+    own = problem(respond(np.array([[0.3, 0.45]]))[0])
+    asked = []
+
+    def bad(points):
+        asked.extend(map(tuple, points))
+        return (points[:, 0] > 0.28) & (points[:, 0] < 0.32)
+
+    last, _, _ = designed(own, 3, bad=bad)
+    failing = [p for p in asked if 0.28 < p[0] < 0.32]
+    assert len(failing) > len(set(failing)) - 1 and len(set(failing)) <= 10
+    assert last.kind in ("confirmed", "budget")
+
+
+def test_the_chance_is_that_of_a_normal_mean_within_the_band():
+    target = Target(*KEYS[0].split("."), 1600.0, tolerance=0.01)
+    mean, error, noise = np.array([[1610.0]]), np.array([[6.0]]), np.array([4.0])
+    spread = sqrt(6**2 + 4**2 / 3)
+    expected = (erf((16 - 10) / spread / sqrt(2)) + erf((16 + 10) / spread / sqrt(2))) / 2
+    assert np.exp(chances([target], mean, error, noise, 3))[0] == pytest.approx(expected)
+    far = chances(
+        [target], np.array([[1600.0 + d] for d in (500, 1000, 5000)]), np.ones((3, 1)), noise, 3
+    )
+    assert np.isfinite(far).all() and (np.diff(far) < 0).all()
+
+
+def test_runs_that_pass_by_luck_confirm_nothing_where_the_processes_know_better():
+    own = problem(respond(np.array([[0.17, 0.62]]))[0])
+    points = np.repeat(sobol(own, 12), 3, axis=0)
+    values = respond(points) + NOISE * np.random.default_rng(5).standard_normal((36, 2))
+    lucky = np.array([[0.26, 0.55]])
+    off = np.abs(respond(lucky) - respond(np.array([[0.17, 0.62]])))[0]
+    assert (off > bands(own.targets, NOISE, 3)).any()
+    points = np.vstack([points, np.repeat(lucky, 3, axis=0)])
+    values = np.vstack([values, np.repeat(respond(np.array([[0.17, 0.62]])), 3, axis=0)])
+    assert propose(own, points, values, Settings(assurance=0)).kind == "confirmed"
+    assert propose(own, points, values, Settings()).kind in ("confirm", "explore")
+
+
+def test_a_response_that_no_run_has_is_not_met():
+    own = problem([1600.0, 35.0])
+    assert is_met(own.targets, np.array([[1600.0, 35.0]]), NOISE)
+    assert not is_met(own.targets, np.array([[1600.0, np.nan]]), NOISE)

@@ -1,0 +1,109 @@
+"""Carrying out a plan or an adaptive design: substitutes, budgets, and the log of proposals."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+from calibrator.case.toml import read_case
+from calibrator.cli import main
+from calibrator.errors import CalibratorError
+from calibrator.plan.requests import make_request, plan_requests
+from calibrator.plan.run import collect, note_proposal, proposed, run_plan
+from calibrator.plan.seeds import SUBSTITUTE_SEED
+from calibrator.runs import workspace
+from calibrator.runs.database import Database
+from calibrator.runs.request import Request
+from tests.conftest import space_for
+
+
+def test_a_log_of_proposals_is_whole_after_every_write(write_case, tmp_path, monkeypatch):
+    from calibrator.plan.adaptive import Proposal
+
+    space = workspace.Workspace(read_case(write_case()), tmp_path / "toy")
+    proposal = Proposal("explore", np.zeros((1, 3)), np.zeros(3), 0.1, "a run")
+    for seed in (1, 2):
+        note_proposal(space, proposal, [Request.of("ledge", seed=seed)])
+    assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError):
+        note_proposal(space, proposal, [Request.of("ledge", seed=3)])
+    assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]
+
+
+def test_a_clogged_run_gets_a_substitute_and_stays_counted(write_case, tmp_path, fake_yade):
+    space = space_for(write_case(("sets = 14", "sets = 4")), tmp_path)
+    clogged = plan_requests(space.case)[3]
+    space.path.mkdir(parents=True)
+    (space.path / "misbehave.json").write_text(
+        json.dumps({str(clogged.parameters["seed"]): "clog"})
+    )
+    outcome = run_plan(space)
+    assert outcome.statuses == {"clogged": 1, "ok": 8}
+    collect(space)
+    seeds = {
+        r.request.parameters["seed"]
+        for r in Database.read(space.path / "database.csv").records.values()
+    }
+    assert clogged.parameters["seed"] + SUBSTITUTE_SEED in seeds
+
+
+def test_a_plan_beyond_its_budget_does_not_start(write_case, tmp_path, fake_yade):
+    space = space_for(write_case(("jobs = 1", "jobs = 1\nbudget_core_hours = 0.01")), tmp_path)
+    with pytest.raises(CalibratorError, match="budget_core_hours"):
+        run_plan(space)
+
+
+TIGHT = "".join(
+    f'[targets."hourglass.{k}"]\ntolerance = 0.002\n'
+    for k in ("bulk_density", "drained_equivalent_angle_deg", "mass_flow_rate")
+)
+ADAPTIVE = (
+    'design = "sobol"\nsets = 14\nreplicates = 2',
+    'design = "adaptive"\nsets = 9\nreplicates = 3\nmost_runs = 60\n' + TIGHT,
+)
+
+
+def test_the_workflow_runs_an_adaptive_design_and_never_repeats_a_run(
+    write_case, tmp_path, fake_yade
+):
+    path = write_case(ADAPTIVE)
+    assert main(["all", str(path), "--results", str(tmp_path / "results")]) == 0
+    folder = tmp_path / "results" / "toy"
+    outcome = json.loads((folder / "summary.json").read_text())["run"]
+    assert outcome["ended"] == "confirmed" and outcome["runs"] <= 60
+    calls = (folder / "calls.txt").read_text().split()
+    assert len(calls) == len(set(calls))
+    assert main(["run", str(path), "--results", str(tmp_path / "results")]) == 0
+    assert (folder / "calls.txt").read_text().split() == calls
+    lines = [json.loads(line) for line in (folder / "proposals.jsonl").read_text().splitlines()]
+    assert all(line["sentence"] and line["requests"] for line in lines)
+
+
+def test_an_adaptive_design_starts_from_the_shipped_database(write_case, tmp_path, fake_yade):
+    first = write_case()
+    assert main(["run", str(first), "--results", str(tmp_path / "old")]) == 0
+    assert main(["collect", str(first), "--results", str(tmp_path / "old")]) == 0
+    shipped = "old/toy/database.csv"
+    path = write_case(ADAPTIVE, ("jobs = 1", f'jobs = 1\nshipped = "{shipped}"'))
+    assert main(["run", str(path), "--results", str(tmp_path / "new")]) == 0
+    outcome = json.loads((tmp_path / "new" / "toy" / "summary.json").read_text())["run"]
+    assert outcome["from_shipped_database"] == 28
+    made = (tmp_path / "new" / "toy" / "calls.txt").read_text().split()
+    assert outcome["runs"] == 28 + len(made) and len(made) < 27
+
+
+def test_an_interrupted_design_first_makes_the_runs_it_had_proposed(
+    write_case, tmp_path, fake_yade
+):
+    case = read_case(write_case(ADAPTIVE))
+    space = workspace.Workspace(case, tmp_path / "toy")
+    space.path.mkdir(parents=True)
+    left = make_request(case, "hourglass", np.array([0.2, 0.5, 1e6]), 99)
+    made = [{"setup": left.setup, "parameters": left.parameters}]
+    (space.path / "proposals.jsonl").write_text(
+        json.dumps({"sentence": "", "requests": made}) + "\n"
+    )
+    run_plan(space)
+    assert left.run_id in (space.path / "calls.txt").read_text()

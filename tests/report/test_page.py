@@ -1,0 +1,352 @@
+"""The report page: complete, self-contained, honest about what is missing.
+
+The runs are made up; no YADE is started.
+"""
+
+import base64
+import csv
+import dataclasses
+import html.parser
+import io
+import json
+import random
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from calibrator.case.toml import read_case
+from calibrator.errors import CalibratorError
+from calibrator.plan.requests import plan_requests
+from calibrator.plan.run import collect
+from calibrator.report.page import Page, write_report
+from calibrator.report.words import number
+from calibrator.runs.workspace import Workspace
+from calibrator.search.calibrate import calibrate
+from calibrator.search.outcome import arrays_path, current_calibration
+from calibrator.verification.verify import (
+    validate,
+    validation_requests,
+    verification_requests,
+    verify,
+)
+from tests.conftest import CASE, LAB
+from tests.fake_yade import responses_of
+
+CASE = CASE.replace("population = 60", "population = 40").replace(
+    "generations = 15", "generations = 8"
+)
+
+
+def workspace(folder, *changes, lab=LAB):
+    text = CASE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "lab.csv").write_text(lab)
+    (folder / "toy.toml").write_text(text)
+    return Workspace(read_case(folder / "toy.toml"), folder / "results")
+
+
+def believe(space, requests, clogged=(), curves=True):
+    """Write the record and the curves of every request, as the scripts would."""
+    folder = space.path / "records"
+    folder.mkdir(parents=True, exist_ok=True)
+    for count, request in enumerate(requests):
+        scatter = random.Random(request.run_id)
+        responses = {
+            n: v * scatter.gauss(1, 0.004)
+            for n, v in responses_of(request.setup, request.parameters).items()
+        }
+        status = "clogged" if count in clogged else "ok"
+        kept = {"bulk_density": responses["bulk_density"]} if status == "clogged" else responses
+        record = dict(
+            schema=1, setup=request.setup, run_id=request.run_id, parameters=request.parameters, status=status,
+            responses=kept, error=None, diagnostics=dict(particles=9, steps=10, filling_cpu=1.0, release_cpu=2.0),
+            provenance=dict(yade="2023.02a", scripts="abc123", host="here", wall_time=3.0),
+        )  # fmt: skip
+        (folder / f"{request.run_id}.json").write_text(json.dumps(record))
+        if curves:
+            np.savez(folder / f"{request.run_id}.npz", **some_curves(request.setup))
+
+
+def some_curves(setup):
+    grains = np.random.default_rng(3).random((30, 3)) * 0.02 - [0.01, 0.01, 0]
+    at = np.linspace(0, 0.01, 9)
+    found = {
+        "filled": grains,
+        "final": grains[:20],
+        "profile_height": at,
+        "profile_x" if setup == "ledge" else "profile_radius": at,
+    }
+    return (
+        {**found, "time": np.linspace(0, 1, 20), "passed_mass": np.linspace(0, 0.01, 20)}
+        if setup == "hourglass"
+        else found
+    )
+
+
+def calibrated(space, **kwargs):
+    believe(space, plan_requests(space.case), **kwargs)
+    collect(space)
+    calibrate(space)
+    return space
+
+
+def finished(space):
+    calibrated(space)
+    calibration = current_calibration(space)
+    believe(space, [r for own in verification_requests(space, calibration).values() for r in own])
+    verify(space)
+    believe(space, [r for own in validation_requests(space, calibration).values() for r in own])
+    validate(space)
+    return space
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A finished calibration: workspace, outcome of the report, page. Not to be changed."""
+    space = finished(workspace(tmp_path_factory.mktemp("whole")))
+    return space, write_report(space), (space.path / "report.html").read_text()
+
+
+@pytest.fixture
+def copy(whole, tmp_path):
+    """The same workspace, free to be changed."""
+    shutil.copytree(whole[0].path, tmp_path / "results")
+    return Workspace(whole[0].case, tmp_path / "results")
+
+
+class Outline(html.parser.HTMLParser):
+    """Open tags, attributes and visible words of a page; refuses tags that are closed in the wrong
+    order.
+    """
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.tags, self.words = [], [], []
+        self.feed(page)
+        assert not self.open
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, text):
+        if "style" not in self.open:
+            self.words.append(text)
+
+    @property
+    def text(self):
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+
+def test_the_page_needs_nothing_but_itself(whole):
+    _, outcome, page = whole
+    outline = Outline(page)
+    assert not [tag for tag, _ in outline.tags if tag in ("script", "link", "iframe", "object")]
+    for _, attributes in outline.tags:
+        for name in ("src", "href", "srcset", "data", "action"):
+            assert attributes.get(name, "data:").startswith("data:")
+    assert "url(" not in page and "@import" not in page
+    assert outcome.figures
+
+
+def test_every_figure_of_the_folder_is_in_the_page_and_described(whole):
+    space, outcome, page = whole
+    files = sorted(str(p) for p in (space.path / "figures").glob("*.png"))
+    assert sorted(map(str, outcome.figures)) == files
+    images = [a for tag, a in Outline(page).tags if tag == "img"]
+    assert len(images) == len(files) and all(len(a["alt"]) > 20 for a in images)
+    for attributes in images:
+        picture = Image.open(io.BytesIO(base64.b64decode(attributes["src"].split(",")[1])))
+        assert picture.width > 300 and np.asarray(picture.convert("L")).std() > 5, "a blank picture"
+
+
+def test_a_finished_calibration_gets_all_its_figures(whole):
+    _, outcome, _ = whole
+    names = {path.stem for path in outcome.figures}
+    assert {f"packing_{s}" for s in ("hourglass", "ledge", "conical_pile")} <= names
+    assert {f"profiles_{s}" for s in ("hourglass", "ledge", "conical_pile")} <= names
+    assert {
+        "slices_hourglass_bulk_density",
+        "slices_hourglass_mass_flow_rate",
+        "parity",
+        "front_evolution",
+    } <= names
+    assert {
+        "generational_distance",
+        "profile_likelihood",
+        "verification",
+        "mass_time_hourglass",
+    } <= names
+
+
+def test_every_target_and_every_candidate_is_named(whole):
+    space, outcome, page = whole
+    text = Outline(page).text
+    for words in (
+        "bulk density (hourglass)",
+        "drained equivalent angle (hourglass)",
+        "mass flow rate (hourglass)",
+    ):
+        assert words in text
+    assert (
+        "ledge equivalent angle (ledge)" in text and "pile equivalent angle (conical pile)" in text
+    )
+    headings = [m for m in re.findall(r"<th[^>]*>([^<]*)</th>", page)]
+    for label in current_calibration(space).candidates:
+        assert headings.count(label.removeprefix("individual ")) >= 2, label
+    assert space.outcome("report", Page) == outcome
+
+
+def test_the_answer_gives_values_intervals_and_the_verdict(whole):
+    space, _, page = whole
+    answer = re.search(r'<p class="answer">(.*?)</p>', page, re.DOTALL).group(1)
+    for profile in current_calibration(space).identifiability.parameters:
+        assert profile.name.replace("_", " ") in answer
+        assert number(profile.interval_95[0], 3) in answer
+    assert (
+        "<b>Verified:</b>" in answer
+        and "do not pin down</b> young modulus" in answer
+        and "synthetic" not in answer
+    )
+
+
+def test_after_calibrate_alone_the_page_names_the_commands_to_run(tmp_path):
+    space = calibrated(workspace(tmp_path), curves=False)
+    outcome = write_report(space)
+    text = Outline((space.path / "report.html").read_text()).text
+    assert (
+        f"calibrator verify {space.case.path}" in text
+        and f"calibrator validate {space.case.path}" in text
+    )
+    assert "not verified yet" in text and "Verified:" not in text
+    for picture in ("hourglass", "ledge", "conical pile"):
+        assert f"The picture of the {picture} is missing" in text
+    names = "".join(map(str, outcome.figures))
+    assert "parity" in names and "packing" not in names
+
+
+def test_before_calibrate_there_is_no_report(tmp_path):
+    with pytest.raises(CalibratorError, match="calibrator calibrate"):
+        write_report(workspace(tmp_path))
+
+
+def with_problem(space, **changes):
+    """The same results, seen from a case whose problem has changed."""
+    problem = dataclasses.replace(space.case.problem, **changes)
+    return dataclasses.replace(space, case=dataclasses.replace(space.case, problem=problem))
+
+
+def test_the_page_refuses_a_calibration_of_a_target_that_has_been_corrected(copy):
+    first, *others = copy.case.problem.targets
+    corrected = with_problem(
+        copy, targets=(dataclasses.replace(first, value=1.1 * first.value), *others)
+    )
+    with pytest.raises(CalibratorError, match=r"targets changed since calibrate.*`calibrator cali"):
+        write_report(corrected)
+    calibrate(corrected)
+    with pytest.raises(CalibratorError, match=r"changed since verify: run `calibrator verify"):
+        write_report(corrected)
+
+
+def test_the_page_refuses_a_validation_of_another_measurement(copy):
+    corrected = with_problem(
+        copy,
+        held_out=tuple(dataclasses.replace(t, scatter=0.3) for t in copy.case.problem.held_out),
+    )
+    with pytest.raises(CalibratorError, match="targets changed since validate"):
+        write_report(corrected)
+
+
+def test_the_page_is_written_without_any_search(copy):
+    code = (
+        "import sys\n"
+        "for name in ('pymoo', 'moocore', 'calibrator.search.nsga2', 'calibrator.search.calibrate',"
+        " 'calibrator.search.identifiability', 'calibrator.search.reach'):\n"
+        "    sys.modules[name] = None\n"
+        "from pathlib import Path\n"
+        "from calibrator.case.toml import read_case\n"
+        "from calibrator.report.page import write_report\n"
+        "from calibrator.runs.workspace import Workspace\n"
+        f"write_report(Workspace(read_case({str(copy.case.path)!r}), Path({str(copy.path)!r})))\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_arrays_of_another_calibration_are_refused(copy):
+    path = arrays_path(copy)
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(CalibratorError, match="run `calibrator calibrate"):
+        write_report(copy)
+    path.unlink()
+    with pytest.raises(CalibratorError, match="run `calibrator calibrate"):
+        write_report(copy)
+
+
+def test_a_failed_verification_is_said_in_the_answer(tmp_path):
+    angle = "hourglass,drained_equivalent_angle_deg,"
+    space = workspace(tmp_path, lab=LAB.replace(f"{angle}46.8", f"{angle}80"))
+    finished(space)
+    write_report(space)
+    page = (space.path / "report.html").read_text()
+    assert "<b>Not verified:</b>" in page and "failed" in page
+    assert re.search(
+        r'class="alarm">The targets are out of reach\. Drained equivalent angle \(hourglass\) = 80'
+        r" cannot",
+        page,
+    )
+
+
+def test_what_a_user_writes_is_escaped(tmp_path):
+    nasty = "<script src='http://x.y/z.js'></script> & <b>"
+    change = ('measured = "lab.csv"', f'about = "{nasty}"\nmeasured = "lab.csv"')
+    space = calibrated(workspace(tmp_path, change), curves=False)
+    write_report(space)
+    page = (space.path / "report.html").read_text()
+    assert nasty not in page and page.count("&lt;script src=") == 2, (
+        "once as the title, once in the case file"
+    )
+    assert not [tag for tag, _ in Outline(page).tags if tag == "script"]
+
+
+def test_clogged_runs_are_counted_with_their_reason(tmp_path):
+    space = calibrated(workspace(tmp_path), clogged=(2, 5), curves=False)
+    write_report(space)
+    text = Outline((space.path / "report.html").read_text()).text
+    assert "grains came to rest above the open neck" in text
+    assert all(plan_requests(space.case)[i].run_id in text for i in (2, 5))
+
+
+def test_provenance_names_versions_scripts_case_and_cost(whole):
+    space, _, page = whole
+    text = Outline(page).text
+    spent = len(list(csv.reader((space.path / "timings.csv").read_text().splitlines()))) - 1
+    assert "2023.02a" in text and "abc123" in text and "scikit-learn" in text
+    assert f"{3 * spent} in {spent} runs made here" in text
+    assert "[parameters.rolling_friction]" in page
+
+
+def test_the_same_results_give_the_same_page(whole, copy):
+    write_report(copy)
+    assert (copy.path / "report.html").read_text() == whole[2]
+
+
+def test_the_truth_of_a_synthetic_lab_is_compared(tmp_path):
+    (tmp_path / "truth.toml").write_text(
+        "[parameters]\nrolling_friction = 0.25\nsliding_friction = 0.5\nyoung_modulus = 3e6\n"
+    )
+    change = ('measured = "lab.csv"', 'measured = "lab.csv"\ntruth_file = "truth.toml"')
+    space = calibrated(workspace(tmp_path, change), curves=False)
+    write_report(space)
+    page = (space.path / "report.html").read_text()
+    assert "The lab is synthetic" in page and "<th>truth</th>" in page

@@ -1,0 +1,80 @@
+"""The folder of the runs: nothing in it leads out of it, and one driver at a time works there."""
+
+import threading
+
+import pytest
+
+from calibrator.errors import CalibratorError
+from calibrator.runs import folder
+from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.local import run
+from calibrator.runs.request import Request
+from tests.runs.toy_runs import folder_with, requests, wait_for
+
+
+@pytest.mark.parametrize("name", ["records", "logs", "batches", "locks"])
+def test_no_run_writes_through_a_link(tmp_path, fake_yade, name):
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "runs" / name).symlink_to(tmp_path / "outside")
+    with pytest.raises(CalibratorError, match="symbolic link"):
+        run(RunFolder(tmp_path / "runs"), [Request.of("ledge")], jobs=1)
+    assert not list((tmp_path / "outside").iterdir())
+
+
+def test_links_in_place_of_files_that_a_run_writes_are_replaced(tmp_path, fake_yade):
+    folder, request = RunFolder(tmp_path / "runs"), Request.of("ledge")
+    folder.prepare()
+    for name in ("records/{}.json", "logs/{}.log", "locks/{}", "logs/yade-batch.log"):
+        victim = tmp_path / name.format("victim").replace("/", "_")
+        victim.write_text("mine")
+        (folder.path / name.format(request.run_id)).symlink_to(victim)
+    assert [r.status for r in run(folder, [request], jobs=1)] == ["ok"]
+    assert [p.read_text() for p in tmp_path.glob("*_victim*")] == ["mine"] * 3
+    assert (tmp_path / "logs_yade-batch.log").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        "[]",
+        '{"a": 1}',
+        '{"a": {"kind": "ok", "message": "", "attempts": 1}}',
+        '{"a": {"kind": 1}}',
+        "[" * 9999,
+    ],
+)
+def test_a_damaged_list_of_failures_is_one_line(tmp_path, state):
+    (tmp_path / "failures.json").write_text(state)
+    with pytest.raises(CalibratorError, match="failures.json is damaged .*: delete it"):
+        RunFolder(tmp_path).failures()
+
+
+@pytest.mark.parametrize("name", folder.FOLDERS)
+def test_a_folder_without_room_is_found_before_a_run_is_made_in_vain(tmp_path, fake_yade, name):
+    folder = folder_with(tmp_path)
+    # where root writes whatever the permissions are
+    (folder.path / name / "room").mkdir(parents=True)
+    with pytest.raises(OSError, match="room"):
+        run(folder, requests(), jobs=1)
+    assert not (folder.path / "calls.txt").exists()
+
+
+def test_a_second_driver_waits_for_the_first_and_says_so(tmp_path, caplog):
+    folder, order = RunFolder(tmp_path / "runs"), []
+
+    def second():
+        with folder.alone():
+            order.append("second")
+
+    thread = threading.Thread(target=second)
+    with folder.alone():
+        thread.start()
+        wait_for(lambda: any("waiting for it to end" in r.getMessage() for r in caplog.records))
+        order.append("first")
+    thread.join()
+    assert order == ["first", "second"]
+
+
+def test_gathering_unknown_requests_finds_nothing(tmp_path):
+    assert gather(RunFolder(tmp_path), requests(2)) == []

@@ -1,0 +1,77 @@
+"""The command line: a mistake of the user is one line on stderr and a status that is not 0."""
+
+import pytest
+
+from calibrator.cli import main
+from tests.conftest import LAB
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["chek", "a.toml"],
+        ["plan"],
+        ["plan", ""],
+        ["plan", "a.toml", "--results", ""],
+        ["plan", "a\nb", "-x\ny"],
+    ],
+)
+def test_a_mistake_on_the_command_line_is_one_line(capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    error = capsys.readouterr().err
+    assert caught.value.code == 2 and error.count("\n") == 1 and error.endswith("--help\n")
+
+
+@pytest.mark.parametrize("name", ["no\nsuch\rfile", "caf\udce9.toml", "x" * 300, "a" * 5000])
+def test_a_case_path_of_any_name_is_shown_on_one_line(capsys, name):
+    assert main(["plan", name]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_name_that_is_no_text_is_printed_all_the_same(write_case, tmp_path, capsys):
+    path = write_case(("sets = 14", "sets = 2")).rename(tmp_path / "caf\udce9.toml")
+    assert main(["plan", str(path), "--results", str(tmp_path / "out")]) == 0
+    assert "caf\\udce9.toml" in capsys.readouterr().out
+
+
+def test_a_verb_out_of_order_names_the_one_to_run_first(write_case, tmp_path, fake_yade, capsys):
+    path = write_case()
+    assert main(["verify", str(path), "--results", str(tmp_path)]) == 2
+    assert "calibrator calibrate" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (("population", "popolation"), "did you mean population"),
+        (("low = 0.2", "low = 0.9"), "is not below high"),
+        (("[parameters.sliding_friction]", "[parameters.sliding]"), "unknown parameter"),
+    ],
+)
+def test_bad_input_is_one_line_on_stderr_and_a_non_zero_exit(
+    write_case, tmp_path, capsys, change, why
+):
+    assert main(["check", str(write_case(change)), "--results", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert why in error and error.count("\n") == 1
+
+
+def test_a_nan_target_is_one_line_on_stderr_and_a_non_zero_exit(write_case, tmp_path, capsys):
+    assert (
+        main(
+            ["check", str(write_case(lab=LAB.replace("1605.6", "nan"))), "--results", str(tmp_path)]
+        )
+        == 2
+    )
+    assert "give a finite value" in capsys.readouterr().err
+
+
+def test_a_missing_yade_is_one_line_on_stderr_and_a_non_zero_exit(
+    write_case, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert main(["run", str(write_case()), "--results", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert "is not installed" in error and error.count("\n") == 1
