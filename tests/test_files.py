@@ -1,6 +1,4 @@
-"""What a case names stays inside its project, what a run leaves stays inside its results, and files
-are whole or not there.
-"""
+"""What a case names stays inside its project, and files are whole or not there."""
 
 import io
 import os
@@ -38,8 +36,8 @@ def test_a_case_may_name_files_of_its_folder_and_of_the_one_above(project, name)
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["", "/etc/passwd", "//etc/passwd", "../../elsewhere/secret.csv", "inner/../../../elsewhere/secret.csv", "..//../etc/passwd",
+    "name", ["", "/etc/passwd", "//etc/passwd", "../../elsewhere/secret.csv",
+    "inner/../../../elsewhere/secret.csv", "..//../etc/passwd",
      "away.csv", "../out/secret.csv", "a\0b", "inner/../lab.csv"],
 )  # fmt: skip
 def test_a_path_that_leaves_the_project_is_refused_with_a_remedy(project, name):

@@ -1,9 +1,9 @@
-"""Nothing that a user writes is ever run: YADE evaluates the cells of a table, and yade-batch
-starts its jobs by a shell.
+"""Nothing that a user writes is ever run.
 
-Each test puts code that would leave a mark where a user can write, and then does what the dangerous
-reader does: every cell of a written table is evaluated by Python's own eval in a process of its
-own, every line is put through a shell.
+YADE evaluates the cells of a table, and yade-batch starts its jobs by a shell. Each test puts code
+that would leave a mark where a user can write, and then does what the dangerous reader does: every
+cell of a written table is evaluated by Python's own eval in a process of its own, every line is put
+through a shell.
 """
 
 import ast
@@ -48,9 +48,7 @@ NASTY = [
 
 @pytest.fixture
 def spells(tmp_path):
-    """Texts that leave a mark in a folder if they are evaluated or reach a shell; none may be there
-    at the end.
-    """
+    """Texts that leave a mark if evaluated or given to a shell; none may be there at the end."""
     marks = tmp_path / "marks"
     marks.mkdir()
     python = f"__import__('os').system('touch {marks}/python')"
@@ -287,9 +285,7 @@ def test_a_real_yade_batch_in_a_folder_of_any_name_runs_nothing_but_yade(tmp_pat
 
 
 def test_whatever_reaches_a_shell_is_of_fixed_form(tmp_path):
-    """Run ids, set-ups, the table's and the log's names: letters, digits, dots, slashes and hyphens
-    only.
-    """
+    """Run ids, set-ups, names of table and log: letters, digits, dots, slashes and hyphens."""
     requests = [Request.of(setup, seed=7) for setup in SETUPS]
     write_table(tmp_path / "t.table", requests)
     for line, request in zip(

@@ -1,6 +1,4 @@
-"""A made-up world with a known answer: smooth observables of two parameters and four effects, and
-seeded scatter.
-"""
+"""A made-up world with a known answer: smooth observables, four effects, seeded scatter."""
 
 import numpy as np
 from scipy.stats import qmc

@@ -1,6 +1,6 @@
-"""How much of the cores' time the driver turns into YADE's steps, on real runs of a minute or more.
+"""How much of the cores' time the driver turns into YADE's steps, on real runs of a minute.
 
-    python -m benchmarks.runs.driver [cores]      about 10 minutes on an idle machine with two cores
+    python -m benchmarks.runs.driver [cores]      about 10 minutes on an idle machine
 
 Writes benchmarks/results/driver.json and .png. A core's time lasts from the driver's call to the
 end of the last run on that core; the idle tail after it is given apart, as it shrinks with the
@@ -40,9 +40,7 @@ def requests() -> list[Request]:
 
 
 def spans(records: list[Record], begin: float) -> list[tuple[float, float, float]]:
-    """(start, end, stepping) of each run in seconds after the driver's call, in the order of their
-    starts.
-    """
+    """(start, end, stepping) of each run in seconds after the driver's call, by start."""
     rows = []
     for r in records:
         start = float(r.provenance["started"]) - begin

@@ -1,5 +1,4 @@
-"""How large may the time step be for soft grains? Hourglasses that come to rest, against the step
-on the contacts' time scale.
+"""How large may the time step be for soft grains, on the contacts' time scale?
 
     python -m benchmarks.runs.step_limit          about 10 core-minutes, resumable
 

@@ -61,9 +61,10 @@ def believe(space, requests, clogged=(), curves=True):
         status = "clogged" if count in clogged else "ok"
         kept = {"bulk_density": responses["bulk_density"]} if status == "clogged" else responses
         record = dict(
-            schema=1, setup=request.setup, run_id=request.run_id, parameters=request.parameters, status=status,
-            responses=kept, error=None, diagnostics=dict(particles=9, steps=10, filling_cpu=1.0, release_cpu=2.0),
-            provenance=dict(yade="2023.02a", scripts="abc123", host="here", wall_time=3.0),
+            schema=1, setup=request.setup, run_id=request.run_id, parameters=request.parameters,
+            status=status, responses=kept, error=None, diagnostics=dict(particles=9, steps=10,
+            filling_cpu=1.0, release_cpu=2.0), provenance=dict(yade="2023.02a", scripts="abc123",
+            host="here", wall_time=3.0),
         )  # fmt: skip
         (folder / f"{request.run_id}.json").write_text(json.dumps(record))
         if curves:
@@ -117,9 +118,7 @@ def copy(whole, tmp_path):
 
 
 class Outline(html.parser.HTMLParser):
-    """Open tags, attributes and visible words of a page; refuses tags that are closed in the wrong
-    order.
-    """
+    """Open tags, attributes and visible words of a page; refuses tags closed in a wrong order."""
 
     def __init__(self, page):
         super().__init__()

@@ -1,6 +1,4 @@
-"""Interpolation in other coordinates: log scales, and the density that similarity makes
-superfluous.
-"""
+"""Interpolation in other coordinates: log scales, and the density taken out by similarity."""
 
 import numpy as np
 import pytest

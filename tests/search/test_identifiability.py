@@ -1,4 +1,4 @@
-"""Profiles against linear models, whose intervals and coverage follow from the covariance matrix."""
+"""Profiles against linear models, whose intervals and coverage follow from the covariance."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,9 @@ TRUTH = np.array([0.5, 1.0])
 
 
 class Linear:
-    """Responses 1000 + points @ slopes with a constant standard error; like a real interpolant it
-    refuses to extrapolate.
+    """Responses 1000 + points @ slopes with a constant standard error.
+
+    Like a real interpolant it refuses to extrapolate.
     """
 
     responses = KEYS

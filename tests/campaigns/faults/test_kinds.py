@@ -38,9 +38,7 @@ def found(tmp_path_factory):
 
 
 def costs_nothing(found, *names):
-    """Nothing finished lost, nothing repeated without need, the same database, no traceback, and
-    the end that was expected.
-    """
+    """Nothing lost, nothing repeated without need, the same database, the end that was expected."""
     for name in names:
         (kind,) = [k.name for k in KINDS if re.match(rf"{re.escape(name)}\b(?!-)", k.name)]
         if kind in found["not_possible_here"]:

@@ -1,6 +1,4 @@
-"""Laboratories with a secret (tests/campaigns/hidden/laboratory.py, tests/campaigns/hidden/campaign.py), as far as they
-need no run.
-"""
+"""Laboratories with a secret, and the campaign on them, as far as they need no run."""
 
 import hashlib
 import json
