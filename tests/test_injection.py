@@ -235,7 +235,7 @@ def test_code_in_the_log_of_proposals_is_refused(write_case, tmp_path, spells):
             {"setup": "hourglass", "parameters": {**good.parameters, "setup": spell}},
         ):
             (space.path / "proposals.jsonl").write_text(json.dumps({"requests": [made]}) + "\n")
-            with pytest.raises(CalibratorError, match="proposals.jsonl is damaged"):
+            with pytest.raises(CalibratorError, match=r"proposals.jsonl is damaged"):
                 proposed(space)
 
 
@@ -248,7 +248,7 @@ def test_candidates_that_somebody_put_into_the_summary_are_refused(write_case, t
             "calibrate": {"candidates": {"compromise": {"parameters": parameters, "predicted": {}}}}
         }
         (space.path / "summary.json").write_text(json.dumps(summary))
-        with pytest.raises(CalibratorError, match="summary.json is damaged"):
+        with pytest.raises(CalibratorError, match=r"summary.json is damaged"):
             verification_requests(space)
 
 
@@ -264,7 +264,7 @@ def test_a_results_folder_of_any_name_reaches_no_shell(
     safe_table(table)
     values = evaluate_and_shell(table)
     assert {v["seed"] for v in values} == {1, 2}
-    assert not [p for p in tmp_path.rglob("mark")]
+    assert not list(tmp_path.rglob("mark"))
 
 
 @pytest.mark.yade
@@ -281,7 +281,7 @@ def test_a_real_yade_batch_in_a_folder_of_any_name_runs_nothing_but_yade(tmp_pat
     )
     (record,) = run(folder, [Request.of("ledge", **box)], jobs=1, attempts=1)
     assert record.status == "not_settled"
-    assert not [p for p in tmp_path.rglob("mark")]
+    assert not list(tmp_path.rglob("mark"))
 
 
 def test_whatever_reaches_a_shell_is_of_fixed_form(tmp_path):

@@ -8,6 +8,7 @@ summed over three rounds with a seed each (how long the last grains trickle is c
 every variant runs once, one after the other, so that a slow quarter of an hour hits them all.
 """
 
+import itertools
 import json
 import shutil
 import sys
@@ -30,7 +31,7 @@ from calibrator.case.vocabulary import SCRIPTS
 from calibrator.runs.request import Request, write_table
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 ROUNDS = 3
 SEED = 71_000
@@ -144,9 +145,7 @@ def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
         "ratio_to_liggghts_total": rounded(total["time step"] / peer),
         "ratio_to_liggghts_total_at_start": rounded(total["start"] / peer),
         "ratio_to_liggghts_per_particle_step": rounded(per_step[0] / per_step[1]),
-        "saved_by": {
-            b: rounded(1 - total[b] / total[a], 3) for a, b in zip(names, names[1:], strict=False)
-        },
+        "saved_by": {b: rounded(1 - total[b] / total[a], 3) for a, b in itertools.pairwise(names)},
         "same_bits_as_start": [
             n
             for n in names[1:]

@@ -19,8 +19,8 @@ from calibrator.runs.request import Request
 
 # both are plain numpy: LIGGGHTS gets the same cloud and the same scan
 sys.path.append(str(SCRIPTS))
-import measure  # noqa: E402
-import packing  # noqa: E402
+import measure
+import packing
 
 WALLS = "all wall/gran model hertz tangential history rolling_friction epsd2"
 INPUT = """

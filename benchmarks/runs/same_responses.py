@@ -36,7 +36,7 @@ from benchmarks.runs.dem import (
 from calibrator.runs.database import Database
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 MODULUS = {"coarse_sand": (0.5e6, 4e6), "quartz": (5e6, 5e7)}
 RESPONSES = (

@@ -18,7 +18,7 @@ from calibrator.case.physics import contact_time
 from calibrator.runs.request import Request
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 SHARES = (0.28, 0.35, 0.45)
 MODULI, SEEDS = (0.6e6, 1.8e6), (71_001, 71_002, 71_003)

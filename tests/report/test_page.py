@@ -196,7 +196,7 @@ def test_every_target_and_every_candidate_is_named(whole):
     assert (
         "ledge equivalent angle (ledge)" in text and "pile equivalent angle (conical pile)" in text
     )
-    headings = [m for m in re.findall(r"<th[^>]*>([^<]*)</th>", page)]
+    headings = re.findall(r"<th[^>]*>([^<]*)</th>", page)
     for label in space.outcome("calibrate")["candidates"]:
         assert headings.count(label.removeprefix("individual ")) >= 2, label
     assert space.outcome("report") == outcome

@@ -97,7 +97,7 @@ def test_that_yade_could_not_be_started_is_no_failure_of_the_runs(
     for _ in range(2):
         with pytest.raises(
             CalibratorError,
-            match="4 runs are still to be done: .*yade-batch.log.*run the same command again",
+            match=r"4 runs are still to be done: .*yade-batch.log.*run the same command again",
         ):
             run(folder, requests(), jobs=1)
         assert folder.failures() == {}

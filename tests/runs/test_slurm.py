@@ -166,7 +166,7 @@ def test_more_slices_than_may_be_submitted_are_done_in_turns(tmp_path, options, 
 
 def test_a_refused_submission_costs_no_attempt(tmp_path, options, fake_yade):
     folder = folder_in(tmp_path / "runs")
-    with pytest.raises(CalibratorError, match="did not take the job.*correct"):
+    with pytest.raises(CalibratorError, match=r"did not take the job.*correct"):
         engine.run(folder, requests(2), dataclasses.replace(options, partition="nowhere"))
     assert folder.failures() == {}
     assert [r.status for r in engine.run(folder, requests(2), options, attempts=1)] == ["ok", "ok"]
@@ -207,7 +207,7 @@ def test_a_job_that_comes_up_after_its_driver_has_given_it_up_does_nothing(
 
 def test_where_no_run_can_start_the_user_is_told_where_to_read_why(tmp_path, options, fake_yade):
     folder = folder_in(tmp_path / "runs")
-    with pytest.raises(CalibratorError, match="no run started: read .*out"):
+    with pytest.raises(CalibratorError, match=r"no run started: read .*out"):
         engine.run(folder, requests(1), dataclasses.replace(options, shell=("exit 1",), grace=1))
     assert folder.failures() == {}
 

@@ -174,7 +174,7 @@ def test_the_judge_notices_a_traceback_and_a_driver_that_fails(stage):
     verdict = judge(stage)
     assert verdict.tracebacks == 1 and "status 2" in verdict.happened and verdict.wrong_answers == 1
     assert (
-        counted([{"happened": verdict.happened, "yade": "fake", **{key: 1 for key in COUNTS}}])[
+        counted([{"happened": verdict.happened, "yade": "fake", **dict.fromkeys(COUNTS, 1)}])[
             "unexpected"
         ]
         == 1
