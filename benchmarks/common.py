@@ -1,6 +1,4 @@
-"""What the benchmarks of the numerics share: a made-up response surface over the paper's five
-parameters, and output.
-"""
+"""What benchmarks share: a made-up response surface over the paper's parameters, and output."""
 
 from __future__ import annotations
 
@@ -42,9 +40,7 @@ TRUTH = np.array([0.25, 0.5, 0.35e-3, 2700.0, 100e6])
 
 
 def paper_problem() -> Problem:
-    """The reference paper's five parameters of 8 bits each, with targets that the made-up surface
-    takes at TRUTH.
-    """
+    """The reference paper's five parameters of 8 bits, with the made-up targets at TRUTH."""
     parameters = (
         Parameter("rolling_friction", 0.1, 0.5),
         Parameter("sliding_friction", 0.2, 0.7),
@@ -60,9 +56,7 @@ def paper_problem() -> Problem:
 
 
 def surface(unit: np.ndarray) -> np.ndarray:
-    """Bulk density, discharge time and drained angle (n, 3), made up, at points (n, 5) of the unit
-    box.
-    """
+    """Made-up density, discharge time and drained angle (n, 3) at points (n, 5) of the unit box."""
     rolling, sliding, radius, density, modulus = unit.T
     friction = 1 - np.exp(-1.5 * rolling - sliding)
     bulk = 1480 + 110 * density - 70 * friction + 25 * (1 - modulus) ** 4 - 10 * radius
@@ -72,9 +66,7 @@ def surface(unit: np.ndarray) -> np.ndarray:
 
 
 def runs(problem: Problem, sets: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (sets, 5) of the project's own design, and noisy made-up responses (sets, 3) of one
-    run each.
-    """
+    """Points (sets, 5) of the project's own design, and noisy made-up responses (sets, 3)."""
     points = sobol(problem, sets)
     scatter = NOISE * np.random.default_rng(sets).standard_normal((sets, 3))
     return points, surface((points - problem.low) / (problem.high - problem.low)) + scatter
@@ -87,9 +79,7 @@ def fitted(problem: Problem, sets: int, restarts: int = 3) -> GaussianProcess:
 
 
 def asked_for_quick(description: str | None, quick: str) -> bool:
-    """Whether the command line has --quick, whose help is `quick`; the first line of the
-    description is the program's.
-    """
+    """Whether the command line has --quick, whose help is `quick`."""
     parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help=quick)
     return bool(parser.parse_args().quick)
@@ -119,8 +109,9 @@ def power(sizes: list[int], seconds: list[float]) -> float:
 def shipped_or_run(
     shipped: Path, folder: RunFolder, wanted: Sequence[Request], command: str
 ) -> list[Record]:
-    """Records of the wanted runs: those of a shipped database, the rest made in a folder; the
-    database is then written anew.
+    """Records of the wanted runs: shipped ones, and the rest made in a folder.
+
+    The shipped database is written anew.
     """
     there = Database.read(shipped).find(wanted) if shipped.exists() else []
     known = {r.run_id for r in there}

@@ -1,10 +1,9 @@
-"""Make the synthetic measurement behind the demo: YADE at the parameters of coarse_sand_truth.toml,
-with seeds of its own.
+"""Make the synthetic measurement behind the demo, with seeds of its own.
 
-    .venv/bin/python cases/make_lab.py          about 15 minutes on two cores; writes
-    cases/coarse_sand_lab.csv
+    python cases/make_lab.py          about 15 minutes on two cores
 
-The case file does not contain the true values, and no other run of the project uses these seeds.
+Runs YADE at the parameters of coarse_sand_truth.toml, and writes cases/coarse_sand_lab.csv. The
+case file does not contain the true values, and no other run of the project uses these seeds.
 """
 
 import sys
@@ -38,7 +37,8 @@ ROLES = {
     ("conical_pile", "pile_equivalent_angle_deg"): "held_out",
     ("conical_pile", "pile_angle_of_repose_deg"): "held_out",
 }
-NOTE = """synthetic measurement, made by cases/make_lab.py: YADE at the parameters of coarse_sand_truth.toml
+NOTE = """synthetic measurement, made by cases/make_lab.py: YADE at the parameters of \
+coarse_sand_truth.toml
 value = mean over replicates (seeds from {seed} on), scatter = standard deviation of one replicate
 raw runs: grid/coarse_sand_lab_runs.csv; YADE {yade}, scripts {scripts}"""
 

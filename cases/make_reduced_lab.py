@@ -1,5 +1,4 @@
-"""Targets of the reduced quartz case from the measurements of the reference paper: writes
-quartz_sand_reduced_lab.csv.
+"""Targets of the reduced quartz case from the measurements of the reference paper.
 
     python -m cases.make_reduced_lab
 
@@ -25,7 +24,8 @@ from calibrator.runs.record import Record
 HERE = Path(__file__).resolve().parent
 LAB = HERE / "quartz_sand_reduced_lab.csv"
 INDIVIDUAL_D = "high"  # the set of frictions that are those of the paper's individual D
-HEAD = """# from the measurements on quartz sand in the reference paper (Tables 3, 8 and 9), carried over to the reduced hourglass
+HEAD = """# from the measurements on quartz sand in the reference paper (Tables 3, 8 and 9), \
+carried over to the reduced hourglass
 # python -m cases.make_reduced_lab
 setup,response,value,scatter,replicates,unit,role
 """

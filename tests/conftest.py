@@ -91,9 +91,7 @@ def fake_yade(tmp_path, monkeypatch):
 
 @pytest.fixture
 def troubled_yade(tmp_path, monkeypatch):
-    """Put a yade on the PATH that is the real one, apart from the runs that misbehave.json of the
-    working folder names.
-    """
+    """Put the real yade on the PATH, apart from the runs that misbehave.json names."""
     real = shutil.which("yade")
     assert real, "yade is not on the PATH: run `make yade`"
     folder = programs(tmp_path / "bin", yade=f"run_real_line({real!r})")

@@ -1,12 +1,11 @@
-"""A stand-in for yade and yade-batch that honours the contract, and can crash, hang, lie and write
-half a file.
+"""A stand-in for yade and yade-batch that can crash, hang, lie and write half a file.
 
-Responses are a formula with seeded scatter, so that a whole calibration has a known answer. What a
-run does instead is written in misbehave.json of the working folder, {"<seed>": what} with what =
-"crash", "segfault", "memory", "hang", "hang once", "lie", "half", "clog" or "nothing"; "all" stands
-for every seed. With {"once": true} each seed does so the first time only. {"duration": seconds}
-makes runs last, {"yade": version} is what records say, and {"clock": seconds} moves the clock while
-a run is under way.
+It honours the contract. Responses are a formula with seeded scatter, so that a whole calibration
+has a known answer. What a run does instead is written in misbehave.json of the working folder,
+{"<seed>": what} with what = "crash", "segfault", "memory", "hang", "hang once", "lie", "half",
+"clog" or "nothing"; "all" stands for every seed. With {"once": true} each seed does so the first
+time only. {"duration": seconds} makes runs last, {"yade": version} is what records say, and
+{"clock": seconds} moves the clock while a run is under way.
 """
 
 import ast
@@ -28,9 +27,7 @@ NOISE = 0.004  # relative scatter of one run
 
 
 def responses_of(setup: str, p: dict) -> dict[str, float]:
-    """Smooth made-up responses: monotonic in both frictions, with a soft-grain effect on the
-    density.
-    """
+    """Smooth made-up responses: monotonic in both frictions, looser where grains are soft."""
     rolling, sliding, soft = (
         p["rolling_friction"],
         p["sliding_friction"],
@@ -91,8 +88,9 @@ def _table_line() -> tuple[str, str, dict]:
 
 
 def trouble(run_id: str, seed: int) -> str:
-    """Note the call, with the node of a cluster, and end, die or hang where that is planned; else
-    returns what is planned.
+    """Note the call, and end, die or hang where that is planned; else returns what is planned.
+
+    The note has the node of a cluster.
     """
     with open("calls.txt", "a") as stream:
         stream.write(f"{run_id} {os.environ.get('SLURMD_NODENAME', '')}".rstrip() + "\n")
@@ -128,10 +126,12 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
         n: v * (1 + NOISE * scatter.gauss(0, 1)) for n, v in responses_of(setup, p).items()
     }
     record = dict(
-        schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id, parameters=contract.echoed(p), status="ok",
-        responses=responses, error=None, diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
+        schema=contract.CONTRACT["schema"], setup=setup, run_id=run_id,
+        parameters=contract.echoed(p), status="ok", responses=responses, error=None,
+        diagnostics=dict(particles=100, steps=1000, filling_cpu=1.0, release_cpu=1.0),
         provenance=dict(
-            yade=plan.get("yade", "fake"), scripts="fake", host="fake", started=time.time(), wall_time=2.0 + plan.get("clock", 0)
+            yade=plan.get("yade", "fake"), scripts="fake", host="fake", started=time.time(),
+            wall_time=2.0 + plan.get("clock", 0)
         ),
     )  # fmt: skip
     if what == "lie":
@@ -146,14 +146,12 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
 
 
 def first_time(run_id: str) -> bool:
-    """True for the first run of an id in this folder; calls.txt has noted the present one already."""
+    """True for the first run of an id in this folder, which calls.txt has noted already."""
     return Path("calls.txt").read_text().split().count(run_id) == 1
 
 
 def run_batch() -> None:
-    """What yade-batch does: every line of the table through --executable, one after the other, log
-    and summary.
-    """
+    """What yade-batch does: every line through --executable in turn, log and summary."""
     arguments = [a for a in sys.argv[1:] if a != "--disable-pynotify"]
     position = next(i for i in range(0, len(arguments), 2) if not arguments[i].startswith("-"))
     options = dict(zip(arguments[:position:2], arguments[1:position:2], strict=True))

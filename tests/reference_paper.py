@@ -43,7 +43,7 @@ VERIFIED = {
 class Constant:
     """An interpolant that predicts the targets of Table 3 everywhere."""
 
-    responses = [DENSITY, ANGLE, TIME]
+    responses = (DENSITY, ANGLE, TIME)
 
     def predict(self, points):
         return np.tile([1530.0, 41.57, 6.56], (len(points), 1))

@@ -1,5 +1,6 @@
-"""The example of docs/effects.md, carried out as a reader would: an entry in the contract and a
-function in effects.py.
+"""The example of docs/effects.md, carried out as a reader would.
+
+It is an entry in the contract and a function in effects.py.
 """
 
 import json

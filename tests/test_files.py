@@ -1,6 +1,4 @@
-"""What a case names stays inside its project, what a run leaves stays inside its results, and files
-are whole or not there.
-"""
+"""What a case names stays inside its project, and files are whole or not there."""
 
 import io
 import os
@@ -38,13 +36,13 @@ def test_a_case_may_name_files_of_its_folder_and_of_the_one_above(project, name)
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["", "/etc/passwd", "//etc/passwd", "../../elsewhere/secret.csv", "inner/../../../elsewhere/secret.csv", "..//../etc/passwd",
+    "name", ["", "/etc/passwd", "//etc/passwd", "../../elsewhere/secret.csv",
+    "inner/../../../elsewhere/secret.csv", "..//../etc/passwd",
      "away.csv", "../out/secret.csv", "a\0b", "inner/../lab.csv"],
 )  # fmt: skip
 def test_a_path_that_leaves_the_project_is_refused_with_a_remedy(project, name):
     with pytest.raises(
-        CalibratorError, match="measured = .* leaves the case's folder: put the file into"
+        CalibratorError, match=r"measured = .* leaves the case's folder: put the file into"
     ) as caught:
         named_file(project, name, "measured")
     assert str(caught.value).isprintable()
@@ -61,7 +59,7 @@ def test_only_regular_files_are_read_and_none_is_waited_for(write_case, tmp_path
     }[trap]()
     with pytest.raises(CalibratorError, match="trap"):
         read_case(path)
-    with pytest.raises(CalibratorError, match="trap|leaves the case's folder"):
+    with pytest.raises(CalibratorError, match=r"trap|leaves the case's folder"):
         read_case(write_case(('"lab.csv"', '"trap"')))
 
 
@@ -131,7 +129,7 @@ def test_a_pickle_in_the_arrays_of_a_run_is_refused_with_one_line_and_never_load
             },
         )()
         with pytest.raises(
-            CalibratorError, match="is damaged .*: delete it and its record"
+            CalibratorError, match=r"is damaged .*: delete it and its record"
         ) as caught:
             findings.arrays_of(about, type("Run", (), {"run_id": "r"})())
         assert str(caught.value).isprintable() and not mark.exists()
@@ -168,10 +166,12 @@ def test_every_np_load_of_the_project_refuses_pickles():
 def test_damaged_arrays_are_a_value_error(tmp_path, what):
     path, good = tmp_path / "r.npz", bytes_of(np.savez_compressed, filled=np.zeros((9, 3)))
     bomb = io.BytesIO()
-    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
-        with archive.open("filled.npy", "w") as member:
-            for _ in range(300):
-                member.write(bytes(2**20))
+    with (
+        zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("filled.npy", "w") as member,
+    ):
+        for _ in range(300):
+            member.write(bytes(2**20))
     data = {
         "half": good[: len(good) // 2],
         "garbage": b"PK\x03\x04" + bytes(99),

@@ -1,9 +1,9 @@
-"""Nothing that a user writes is ever run: YADE evaluates the cells of a table, and yade-batch
-starts its jobs by a shell.
+"""Nothing that a user writes is ever run.
 
-Each test puts code that would leave a mark where a user can write, and then does what the dangerous
-reader does: every cell of a written table is evaluated by Python's own eval in a process of its
-own, every line is put through a shell.
+YADE evaluates the cells of a table, and yade-batch starts its jobs by a shell. Each test puts code
+that would leave a mark where a user can write, and then does what the dangerous reader does: every
+cell of a written table is evaluated by Python's own eval in a process of its own, every line is put
+through a shell.
 """
 
 import ast
@@ -48,9 +48,7 @@ NASTY = [
 
 @pytest.fixture
 def spells(tmp_path):
-    """Texts that leave a mark in a folder if they are evaluated or reach a shell; none may be there
-    at the end.
-    """
+    """Texts that leave a mark if evaluated or given to a shell; none may be there at the end."""
     marks = tmp_path / "marks"
     marks.mkdir()
     python = f"__import__('os').system('touch {marks}/python')"
@@ -237,7 +235,7 @@ def test_code_in_the_log_of_proposals_is_refused(write_case, tmp_path, spells):
             {"setup": "hourglass", "parameters": {**good.parameters, "setup": spell}},
         ):
             (space.path / "proposals.jsonl").write_text(json.dumps({"requests": [made]}) + "\n")
-            with pytest.raises(CalibratorError, match="proposals.jsonl is damaged"):
+            with pytest.raises(CalibratorError, match=r"proposals.jsonl is damaged"):
                 proposed(space)
 
 
@@ -250,7 +248,7 @@ def test_candidates_that_somebody_put_into_the_summary_are_refused(write_case, t
             "calibrate": {"candidates": {"compromise": {"parameters": parameters, "predicted": {}}}}
         }
         (space.path / "summary.json").write_text(json.dumps(summary))
-        with pytest.raises(CalibratorError, match="summary.json is damaged"):
+        with pytest.raises(CalibratorError, match=r"summary.json is damaged"):
             verification_requests(space)
 
 
@@ -266,7 +264,7 @@ def test_a_results_folder_of_any_name_reaches_no_shell(
     safe_table(table)
     values = evaluate_and_shell(table)
     assert {v["seed"] for v in values} == {1, 2}
-    assert not [p for p in tmp_path.rglob("mark")]
+    assert not list(tmp_path.rglob("mark"))
 
 
 @pytest.mark.yade
@@ -283,13 +281,11 @@ def test_a_real_yade_batch_in_a_folder_of_any_name_runs_nothing_but_yade(tmp_pat
     )
     (record,) = run(folder, [Request.of("ledge", **box)], jobs=1, attempts=1)
     assert record.status == "not_settled"
-    assert not [p for p in tmp_path.rglob("mark")]
+    assert not list(tmp_path.rglob("mark"))
 
 
 def test_whatever_reaches_a_shell_is_of_fixed_form(tmp_path):
-    """Run ids, set-ups, the table's and the log's names: letters, digits, dots, slashes and hyphens
-    only.
-    """
+    """Run ids, set-ups, names of table and log: letters, digits, dots, slashes and hyphens."""
     requests = [Request.of(setup, seed=7) for setup in SETUPS]
     write_table(tmp_path / "t.table", requests)
     for line, request in zip(

@@ -1,6 +1,4 @@
-"""Imports run downwards only, heavy libraries live in one module each, and the two Pythons never
-meet.
-"""
+"""Imports run downwards only, heavy libraries have one home, and the two Pythons never meet."""
 
 import ast
 from pathlib import Path
@@ -42,7 +40,7 @@ def imports(path):
 
 
 def modules():
-    """Path of every module by its dotted name below calibrator, packages' own docstrings left out."""
+    """Path of every module by its dotted name below calibrator, without the packages' own."""
     root = REPO / "calibrator"
     return {
         ".".join(p.relative_to(root).with_suffix("").parts): p

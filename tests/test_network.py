@@ -1,5 +1,6 @@
-"""During a run nothing listens where another machine could reach it, and where that cannot be had
-one line says so.
+"""During a run nothing listens where another machine could reach it.
+
+Where that cannot be had one line says so.
 """
 
 import logging
@@ -52,9 +53,7 @@ def sockets_of(processes):
 
 @pytest.mark.yade
 def test_during_a_run_no_server_of_yade_can_be_reached_from_another_machine(tmp_path):
-    """yade-batch listens on every address and YADE on loopback: both in a namespace that has no way
-    out.
-    """
+    """yade-batch listens on every address: both are in a namespace that has no way out."""
     folder = RunFolder(tmp_path / "runs")
     box = dict(box_length=16e-3, box_width=8e-3, fill_height=10e-3, young_modulus=1e6, seed=3)
     thread = threading.Thread(

@@ -36,10 +36,11 @@ SMALL = {
     ),
 }
 MAY_BE_MISSING = {  # a slope of a few grains cannot be fitted on each side
-    "drained_angle_of_repose_deg", "drained_angle_error_deg", "drained_curvature", "drained_asymmetry_deg",
-    "mass_flow_rate", "late_early_ratio", "onset_delay", "rate_fluctuation", "emptying_time",
-    "pile_asymmetry_deg", "pile_angle_of_repose_deg", "pile_angle_error_deg", "pile_curvature", "pile_apex_rounding",
-    "ledge_angle_of_repose_deg", "ledge_angle_error_deg", "ledge_curvature",
+    "drained_angle_of_repose_deg", "drained_angle_error_deg", "drained_curvature",
+    "drained_asymmetry_deg", "mass_flow_rate", "late_early_ratio", "onset_delay",
+    "rate_fluctuation", "emptying_time", "pile_asymmetry_deg", "pile_angle_of_repose_deg",
+    "pile_angle_error_deg", "pile_curvature", "pile_apex_rounding", "ledge_angle_of_repose_deg",
+    "ledge_angle_error_deg", "ledge_curvature",
 }  # fmt: skip
 
 
@@ -107,8 +108,9 @@ def test_after_kill_9_in_mid_run_the_database_of_real_runs_is_the_same_to_the_by
     Database(run(RunFolder(tmp_path / "whole"), asked)).write(tmp_path / "whole.csv")
     broken = RunFolder(tmp_path / "broken")
     code = (
-        "from calibrator.runs.folder import RunFolder; from calibrator.runs.local import run; from calibrator.runs.request import Request; from"
-        f" pathlib import Path;box = {SMALL['ledge']};run(RunFolder(Path({str(broken.path)!r})),"
+        "from calibrator.runs.folder import RunFolder; from calibrator.runs.local import run;"
+        "from calibrator.runs.request import Request; from pathlib import Path;"
+        f"box = {SMALL['ledge']}; run(RunFolder(Path({str(broken.path)!r})),"
         " [Request.of('ledge', **box | {'seed': s}) for s in (1, 2, 3, 4)])"
     )
     driver = subprocess.Popen(
@@ -173,8 +175,9 @@ def test_the_ledge_angle_grows_with_friction_and_with_adhesion(tmp_path):
 
 
 def test_only_the_ratio_of_modulus_to_density_matters(tmp_path):
-    """Twice the density, modulus, filled mass and rest threshold: a power of two rounds nothing, so
-    every bit is the same.
+    """Twice the density, modulus, filled mass and rest threshold: every bit is the same.
+
+    A power of two rounds nothing.
     """
     heavier = {
         "particle_density": 2 * 2650.0,
@@ -249,8 +252,9 @@ def test_an_effect_makes_another_run_that_comes_to_rest(affected, effect):
 
 
 def test_effects_do_to_the_hourglass_what_physics_says(tmp_path):
-    """Means of four seeds: the small hourglass scatters by more than some effects, and differently
-    on every processor.
+    """Means of four seeds, as the small hourglass scatters by more than some effects.
+
+    It does so differently on every processor.
     """
 
     def mean(response, **effect):

@@ -39,11 +39,8 @@ def lab(conditions=False, **hidden):
                 and setup == "hourglass"
             )
             role = "calibrate" if first else "held_out" if name in HELD_OUT else "diagnose"
-            rows.append(
-                f"{setup},,{name},{seen!r},{abs(value) * fake.NOISE!r},5,{RESPONSES[name].unit},{role}"
-            )
+            cells = f"{name},{seen!r},{abs(value) * fake.NOISE!r},5,{RESPONSES[name].unit}"
+            rows.append(f"{setup},,{cells},{role}")
             if conditions and setup == "hourglass":
-                rows.append(
-                    f"{setup},wide_neck,{name},{seen!r},{abs(value) * fake.NOISE!r},5,{RESPONSES[name].unit},diagnose"
-                )
+                rows.append(f"{setup},wide_neck,{cells},diagnose")
     return "\n".join(rows) + "\n"

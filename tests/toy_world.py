@@ -1,6 +1,6 @@
-"""A made-up world with a known answer: smooth observables of two parameters and four effects, and
-seeded scatter.
-"""
+"""A made-up world with a known answer: smooth observables, four effects, seeded scatter."""
+
+import itertools
 
 import numpy as np
 from scipy.stats import qmc
@@ -62,7 +62,7 @@ class World:
         )
         values = np.array([self.run(u, a, rng) for u, a in zip(changed, sizes, strict=True)])
         ends = np.cumsum([0, *EXPERIMENTS.values()])
-        blocks = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        blocks = [slice(a, b) for a, b in itertools.pairwise(ends)]
         return fit_surfaces(
             [(units, plain[:, b]) for b in blocks],
             [(changed, sizes, values[:, b]) for b in blocks],

@@ -1,11 +1,12 @@
-"""Do the profile intervals hold the truth as often as they claim? Synthetic truths on the reduced
-paper case's own responses.
+"""Do the profile intervals hold the truth as often as they claim?
 
-    python -m benchmarks.numerics.coverage [--quick]        writes benchmarks/results/coverage.json
+    python -m benchmarks.numerics.coverage             writes benchmarks/results/coverage.json
+    python -m benchmarks.numerics.coverage --quick     8 truths instead of 100
 
-A truth is drawn from the box; its responses are drawn as the interpolant knows them (mean and
-standard deviation), a measurement of each is drawn about them with the error that the case assumes,
-and the profiles are taken. An interval of 68 or 95 % should hold its parameter in as many cases.
+Synthetic truths on the reduced paper case's own responses. A truth is drawn from the box; its
+responses are drawn as the interpolant knows them (mean and standard deviation), a measurement of
+each is drawn about them with the error that the case assumes, and the profiles are taken. An
+interval of 68 or 95 % should hold its parameter in as many cases.
 """
 
 import dataclasses

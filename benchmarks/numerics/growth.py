@@ -1,14 +1,14 @@
-"""How the bookkeeping grows with the number of runs: tables, records, database, and the verbs plan,
-collect and report.
+"""How the bookkeeping grows with the number of runs: records, database, and the verbs.
 
-    python -m benchmarks.numerics.growth            writes benchmarks/results/growth.json and growth.png,
-    some minutes python -m benchmarks.numerics.growth --quick    few records, prints only: a smoke test
+    python -m benchmarks.numerics.growth            some minutes
+    python -m benchmarks.numerics.growth --quick    few records, prints only: a smoke test
 
-The records are synthetic: made-up responses of hourglass runs that never took place, in the format
-of real ones. "Ratio to linear" is the time (or memory) per record over that with the fewest but
-one, so 1 is linear growth and less is better; with the fewest, what every call costs once still
-shows. The verbs work on the demo's case with 50 parameter sets and as many replicates as give the
-number. Memory is tracemalloc's peak in a pass of its own.
+Writes benchmarks/results/growth.json and growth.png. The records are synthetic: made-up responses
+of hourglass runs that never took place, in the format of real ones. "Ratio to linear" is the time
+(or memory) per record over that with the fewest but one, so 1 is linear growth and less is better;
+with the fewest, what every call costs once still shows. The verbs work on the demo's case with 50
+parameter sets and as many replicates as give the number. Memory is tracemalloc's peak in a pass of
+its own.
 """
 
 from __future__ import annotations
@@ -67,9 +67,7 @@ def made_up_requests(count: int) -> list[Request]:
 def write_records(
     folder: RunFolder, requests: list[Request], responses: np.ndarray, names: list[str]
 ) -> None:
-    """A record for each request with made-up responses (n, m); one in LOST is on the list of
-    failures instead.
-    """
+    """A record for each request with made-up responses (n, m); one in LOST is a failure instead."""
     folder.prepare()
     failed = requests[::LOST]
     folder.write_failures(
@@ -129,7 +127,7 @@ def workspace(path: Path, count: int) -> Workspace:
 
 
 def steps(path: Path, count: int) -> dict[str, Callable[[], Any]]:
-    """What a calibration does with its records, in order; each step finds the files that it needs."""
+    """What a calibration does with its records, in order; each step finds its files."""
     requests = made_up_requests(count)
     folder = RunFolder(path)
     write_records(
@@ -169,9 +167,7 @@ def measure_size(count: int) -> dict[str, dict[str, float]]:
 
 
 def summarise(sizes: list[int], found: list[dict[str, dict[str, float]]]) -> dict[str, Any]:
-    """By step: the series, their powers of the size, and the largest size against linear growth
-    from the second.
-    """
+    """By step: the series, their powers, and the largest size against linear growth."""
     results = {}
     for step in found[0]:
         results[step] = {"records": sizes}

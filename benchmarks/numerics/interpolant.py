@@ -1,14 +1,13 @@
-"""Both interpolants: a million predictions, beside the libraries they rest on, and the process's
-growth with the runs.
+"""Both interpolants: a million predictions, and the process's growth with the runs.
 
-    python -m benchmarks.numerics.interpolant            writes benchmarks/results/interpolant.json and
-    interpolant.png, some minutes python -m benchmarks.numerics.interpolant --quick    few points, prints
-    only: a smoke test
+    python -m benchmarks.numerics.interpolant            some minutes
+    python -m benchmarks.numerics.interpolant --quick    few points, prints only: a smoke test
 
-The responses are made up (benchmarks/common.py). `Multilinear` interpolates a full grid of 5
-samples per parameter, `GaussianProcess` 60 sets; scipy and scikit-learn get the very same data and
-kernels and all points in one call. Throughput is in predicted points per second, each with 3
-responses; memory is tracemalloc's peak in a pass of its own.
+Writes benchmarks/results/interpolant.json and interpolant.png. The responses are made up
+(benchmarks/common.py). `Multilinear` interpolates a full grid of 5 samples per parameter,
+`GaussianProcess` 60 sets; scipy and scikit-learn get the very same data and kernels and all points
+in one call. Throughput is in predicted points per second, each with 3 responses; memory is
+tracemalloc's peak in a pass of its own.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ Predict = Callable[[np.ndarray], Any]
 
 
 def predictors(problem: Problem) -> dict[str, tuple[Predict, np.ndarray]]:
-    """What predicts, by name, with the lower and upper bounds (2, 5) of the points that it takes."""
+    """What predicts, by name, with the bounds (2, 5) of the points that it takes."""
     box = np.array([problem.low, problem.high])
     grid = full_grid(problem)
     linear = Multilinear.fit(grid, surface((grid - box[0]) / (box[1] - box[0])), RESPONSES)
@@ -75,16 +74,14 @@ def predictors(problem: Problem) -> dict[str, tuple[Predict, np.ndarray]]:
 
 
 def sklearn_predict(regressors: list[GaussianProcessRegressor], unit: np.ndarray) -> np.ndarray:
-    """Standardised mean responses (n, 3) at points of the box from -1 to 1, all in one call for
-    each response.
-    """
+    """Standardised means (n, 3) at points of the box from -1 to 1, one call for each response."""
     return np.column_stack([regressor.predict(unit) for regressor in regressors])
 
 
 def throughput(
     name: str, predict: Predict, box: np.ndarray, count: int, repeats: int = 3
 ) -> dict[str, Any]:
-    """Fastest of some passes over count random points of the box, and the peak memory of another."""
+    """Fastest of some passes over count random points, and the peak memory of another."""
     points = box[0] + (box[1] - box[0]) * np.random.default_rng(0).random((count, box.shape[1]))
     seconds = min(seconds_of(partial(predict, points))[0] for _ in range(repeats))
     row = {"name": name, "points": count, "points_per_second": rounded(count / seconds, 3)}
@@ -94,9 +91,7 @@ def throughput(
 
 
 def growth(problem: Problem, sets: int, count: int) -> dict[str, Any]:
-    """Fit of one response through so many runs, one start of the likelihood search, then count
-    predictions.
-    """
+    """Fit of one response through so many runs with one start, then count predictions."""
     points, values = runs(problem, sets)
     box = np.array([problem.low, problem.high])
     fit = partial(
@@ -133,9 +128,7 @@ def with_kernel_points(count: int, fit: Callable[[], GaussianProcess]) -> Gaussi
 
 
 def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """From how many runs on a kernel from all runs keeps a calibration waiting, by the growth of
-    the three largest.
-    """
+    """From how many runs on a kernel from all runs keeps a calibration waiting."""
     late = rows[-3:]
     exponent = power(
         [row["runs"] for row in late], [row["fit_seconds_kernel_from_all"] for row in late]

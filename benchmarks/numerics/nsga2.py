@@ -1,16 +1,15 @@
-"""Our genetic search against pymoo's NSGA-II with the same operators, and its growth with
-population and objectives.
+"""Our genetic search against pymoo's NSGA-II with the same operators, and its growth.
 
-    python -m benchmarks.numerics.nsga2            writes benchmarks/results/nsga2.json and nsga2.png, some
-    minutes python -m benchmarks.numerics.nsga2 --quick    small populations, prints only: a smoke test
+    python -m benchmarks.numerics.nsga2            some minutes
+    python -m benchmarks.numerics.nsga2 --quick    small populations, prints only: a smoke test
 
-The setting is the reference paper's: population 5000, 100 generations, 5 parameters of 8 bits, 2
-objectives, evaluated on Gaussian processes through 60 made-up parameter sets. Both searches draw
-the same random numbers in the same order, so their fronts are compared for equality; the
-hypervolumes would show a difference if there were one. The oracle has pymoo's own algorithm,
-survival, mating loop, tournament selection and bit flips; its crossover and its elimination of
-duplicates are vectorised, as pymoo's own would be slower still. That is measured too, over fewer
-generations ("stock_operators").
+Writes benchmarks/results/nsga2.json and nsga2.png. The setting is the reference paper's: population
+5000, 100 generations, 5 parameters of 8 bits, 2 objectives, evaluated on Gaussian processes through
+60 made-up parameter sets. Both searches draw the same random numbers in the same order, so their
+fronts are compared for equality; the hypervolumes would show a difference if there were one. The
+oracle has pymoo's own algorithm, survival, mating loop, tournament selection and bit flips; its
+crossover and its elimination of duplicates are vectorised, as pymoo's own would be slower still.
+That is measured too, over fewer generations ("stock_operators").
 """
 
 from __future__ import annotations
@@ -62,9 +61,7 @@ def register_more_objectives() -> None:
 
 @contextmanager
 def stopwatch(spent: dict[str, float]) -> Iterator[Callable[[str, Callable], Callable]]:
-    """Time the steps of our search into spent while the block runs; yields what wraps a function to
-    be timed as well.
-    """
+    """Time the steps of our search into spent; yields what wraps a further function."""
 
     def timed(step: str, function: Callable) -> Callable:
         def call(*args: Any) -> Any:
@@ -88,9 +85,7 @@ def stopwatch(spent: dict[str, float]) -> Iterator[Callable[[str, Callable], Cal
 
 
 def hypervolumes(fronts: Sequence[np.ndarray]) -> list[float]:
-    """Hypervolume of each front to one reference point, a tenth of the common range beyond the
-    worst of all.
-    """
+    """Hypervolume of each front to one reference, a tenth of the range beyond the worst."""
     every = np.concatenate(fronts)
     reference = every.max(axis=0) + 0.1 * np.ptp(every, axis=0)
     return [moocore.hypervolume(front, ref=reference) for front in fronts]

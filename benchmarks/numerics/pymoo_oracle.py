@@ -96,7 +96,7 @@ class RandomCut(Crossover):
 
     def _do(
         self, problem: Any, X: np.ndarray, *args: Any, random_state: Any = None, **kwargs: Any
-    ) -> np.ndarray:  # noqa: N803
+    ) -> np.ndarray:
         _, matings, length = X.shape
         cut = random_state.integers(1, max(2, length), size=(matings, 1))
         return np.where(np.arange(length) < cut, X, X[::-1])
@@ -114,7 +114,7 @@ class RepeatedChromosomes(DuplicateElimination):
         return is_duplicate
 
 
-def tournament(pop: Any, P: np.ndarray, random_state: Any, **kwargs: Any) -> np.ndarray:  # noqa: N803
+def tournament(pop: Any, P: np.ndarray, random_state: Any, **kwargs: Any) -> np.ndarray:
     """Winner of each pair P (n, 2): the lower rank, then the larger crowding distance, then either.
 
     Returns (n, 1).

@@ -1,4 +1,4 @@
-"""Blocks on how many runs are needed, ours and the peers', and what is said of targets out of reach."""
+"""Blocks on how many runs are needed, and on what is said of targets out of reach."""
 
 import re
 from typing import Any

@@ -18,8 +18,7 @@ FOLDS = 8
 
 
 def cross_validated(sources: Sources) -> dict[str, dict[str, float]]:
-    """{method: {response: rms error over the response's standard deviation}}, always on runs that
-    the fit has not seen.
+    """{method: {response: rms error over the response's standard deviation}} on unseen runs.
 
     The grid is at the mean density of the box: with similarity it speaks for all densities, up to
     the moduli that it covers. A grid point whose runs all clogged has no rate: runs in the cells

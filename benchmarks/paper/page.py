@@ -1,12 +1,10 @@
-"""The reference paper's tables beside ours: fills the marked blocks of docs/paper_case.md from what
-has been measured.
+"""Fills the marked blocks of docs/paper_case.md: the paper's tables beside ours.
 
-    calibrator all cases/quartz_sand_reduced.toml && python -m benchmarks.paper.page        (make
-    paper does both)
+    calibrator all cases/quartz_sand_reduced.toml && python -m benchmarks.paper.page
 
-Everything comes from files: the case's summary and shipped database, the paper's printed numbers
-(cases/reference_paper.toml), and the results of the benchmarks named in each block. A block whose
-source is missing says which command makes it.
+`make paper` does both. Everything comes from files: the case's summary and shipped database, the
+paper's printed numbers (cases/reference_paper.toml), and the results of the benchmarks named in
+each block. A block whose source is missing says which command makes it.
 """
 
 import re

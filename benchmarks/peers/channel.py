@@ -1,9 +1,8 @@
 """A driver's end of the talk with the benchmark: one JSON object a line over stdin and stdout.
-Standard library only.
 
-The benchmark sends a job; the driver asks for responses and names the sets that its peer would
-recommend so far, each time waiting for an answer; at the end it hands back what the peer printed.
-What peers print never reaches stdout itself.
+It uses the standard library only. The benchmark sends a job; the driver asks for responses and
+names the sets that its peer would recommend so far, each time waiting for an answer; at the end it
+hands back what the peer printed. What peers print never reaches stdout itself.
 """
 
 import contextlib
@@ -28,9 +27,7 @@ class Channel:
         return self._talk({"ask": [list(map(float, p)) for p in points]})["responses"]
 
     def recommend(self, points):
-        """Name the sets (k, d) that the peer would recommend if it ended here, the one it reports
-        first.
-        """
+        """Name the sets (k, d) that the peer would recommend now, the one it reports first."""
         self._talk({"recommend": [list(map(float, p)) for p in points]})
 
     def _talk(self, message):

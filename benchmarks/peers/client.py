@@ -1,6 +1,4 @@
-"""The benchmark's end: a peer in a virtual environment of its own, as a subprocess that talks JSON
-lines.
-"""
+"""The benchmark's end: a peer in an environment of its own, a subprocess that talks JSON lines."""
 
 from __future__ import annotations
 
@@ -25,9 +23,7 @@ Look = Callable[[np.ndarray], None]
 
 
 def python_of(name: str) -> Path:
-    """Python of the peer's environment, which is made and filled with pip where it is missing (some
-    minutes).
-    """
+    """Python of the peer's environment, which pip fills where it is missing (some minutes)."""
     folder = ENVIRONMENTS / name
     ready = folder / "ready"
     if not ready.exists() or ready.read_text() != REQUIRED[name]:

@@ -27,9 +27,7 @@ def squares(errors):
 
 
 class InProcess(Access):
-    """Gets its runs from the benchmark, and tells it the best run and the estimate after every
-    epoch.
-    """
+    """Gets its runs from the benchmark, and tells it what every epoch has found."""
 
     def evaluate_solutions(self, solutions, epoch):
         values = np.array(self.channel.ask(solutions))
@@ -44,8 +42,9 @@ class InProcess(Access):
 
 
 def calibrate(job, channel):
-    """One calibration to ACCES's own end, or to the benchmark's, in a folder of its own: it would
-    resume an earlier one.
+    """One calibration to ACCES's own end, or to the benchmark's.
+
+    It has a folder of its own, as ACCES would resume an earlier one.
     """
     combine = Product() if job["options"]["combiner"] == "product" else squares
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):

@@ -47,7 +47,7 @@ class Outcome:
 
 
 def adaptive(trial: Trial) -> Outcome:
-    """Our adaptive design, with the first sets and replicates that `calibrator run` starts it with."""
+    """Our adaptive design, with the first sets and replicates of `calibrator run`."""
     own = trial.problem
     settings = Settings(replicates=VERIFYING, budget=MOST_RUNS)
     first = sobol(own, FIRST[len(own.names)])
@@ -67,8 +67,9 @@ def adaptive(trial: Trial) -> Outcome:
 
 
 def grid(trial: Trial) -> Outcome:
-    """The paper's full grid, multilinear; the set of smallest error O1, by direct minimisation
-    instead of a search of minutes.
+    """The paper's full grid, multilinear; the set of smallest error O1.
+
+    It is found by direct minimisation instead of a search of minutes.
     """
     interpolant = fitted(trial, full_grid(trial.problem), "multilinear")
     point = least_error(trial.problem, interpolant)
@@ -80,9 +81,7 @@ def grid(trial: Trial) -> Outcome:
 
 
 def sobol_process(trial: Trial) -> Outcome:
-    """Nested Sobol designs of 10, 15, 20, ... sets, the process's best set verified each time,
-    until one passes.
-    """
+    """Nested Sobol designs of 10, 15, 20, ... sets until the best set of one is verified."""
     points = sobol(trial.problem, MOST_RUNS)
     values = np.empty((0, len(RESPONSES)))
     for count in range(10, MOST_RUNS, 5):

@@ -11,7 +11,6 @@ from benchmarks.peers.methods import OURS
 from benchmarks.peers.trial import BAR
 from calibrator.report.figures.style import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY, STYLE
 
-
 WAYS = {
     "ours": (RED, "ours"),
     "design": (GREEN, "other designs"),

@@ -56,9 +56,7 @@ def unreachable_row(outcomes: list[Outcome]) -> dict[str, Any]:
 
 
 def verdicts(reachable: dict[str, Any]) -> dict[str, Any]:
-    """Ours against the bar and, in each of the three ways to count, the best peer; for each number
-    of parameters.
-    """
+    """Ours against the bar and, in each of the three ways to count, the best peer."""
     found = {}
     for count, rows in reachable.items():
         by_oracle = rows[OURS]["oracle"]["median_runs"]

@@ -1,10 +1,9 @@
-"""Runs until the recommended set, verified, meets every target: our adaptive design, other designs,
-and two peers.
+"""Runs until the recommended set, verified, meets every target: ours, other designs, two peers.
 
-    python -m benchmarks.peers.runs_needed                    about 20 minutes on one core; the first time
-    pip fetches the peers python -m benchmarks.peers.runs_needed --quick            two seeds, prints
-    only: a smoke test python -m benchmarks.peers.runs_needed --database D.csv   another database of the
-    same case python -m benchmarks.peers.runs_needed --methods "a;b"    only these, nothing written
+    python -m benchmarks.peers.runs_needed                    20 minutes; pip fetches the peers
+    python -m benchmarks.peers.runs_needed --quick            two seeds, prints only: a smoke test
+    python -m benchmarks.peers.runs_needed --database D.csv   another database of the same case
+    python -m benchmarks.peers.runs_needed --methods "a;b"    only these, nothing written
 
 Writes benchmarks/results/runs_needed.json and .png. No simulation: a run is the mean of Gaussian
 processes through the real runs of cases/quartz_sand_reduced.toml plus normal noise of the size that

@@ -84,9 +84,7 @@ class Surface:
 
 @dataclass(eq=False)
 class Trial:
-    """One calibration to be done: a problem with targets, runs that are counted, and the judgement
-    of a set.
-    """
+    """One calibration to be done: targets, runs that are counted, and the judgement of a set."""
 
     surface: Surface
     problem: Problem
@@ -121,9 +119,7 @@ class Trial:
         )
 
     def meets(self, point: np.ndarray) -> bool:
-        """Whether every noise-free response at a set (d,) lies within the tolerance, or the noise
-        of three runs.
-        """
+        """Whether every noise-free response at a set (d,) is within tolerance or noise."""
         return bool(self.met(point[None])[0])
 
     def met(self, points: np.ndarray) -> np.ndarray:

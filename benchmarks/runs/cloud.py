@@ -1,12 +1,11 @@
-"""Did leaving out the few grains that started inside the round wall shift the responses of the
-shipped runs?
+"""Did leaving out the few grains that started inside the round wall shift any response?
 
-    python -m benchmarks.runs.cloud      about 10 core-minutes, resumable; writes
-    benchmarks/results/cloud.json
+    python -m benchmarks.runs.cloud      about 10 core-minutes, resumable
 
-22 seeds of the demo's hourglass at one set of its front, by the scripts that made the shipped
-databases and by today's. The clouds differ in where they stand by a thousandth of the cylinder, so
-seeds do not pair. "shift" is the difference of the means with its standard error.
+Writes benchmarks/results/cloud.json. 22 seeds of the demo's hourglass at one set of its front, by
+the scripts that made the shipped databases and by today's. The clouds differ in where they stand by
+a thousandth of the cylinder, so seeds do not pair. "shift" is the difference of the means with its
+standard error.
 """
 
 import os

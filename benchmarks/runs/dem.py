@@ -1,6 +1,4 @@
-"""What the benchmarks of the DEM runs share: two hourglasses, scripts as they were at a commit, one
-run without the driver.
-"""
+"""What the benchmarks of the DEM runs share: hourglasses, earlier scripts, a run without driver."""
 
 import hashlib
 import json
@@ -20,20 +18,19 @@ START = "15f9b96"  # the last commit before the cost of a run was worked on
 START_NUMERICS = {"rayleigh_fraction": 0.2, "filling_kinetic_energy": 1e-12}
 HOURGLASSES = {
     "coarse_sand": dict(
-        rolling_friction=0.23, sliding_friction=0.47, young_modulus=2.9e6, particle_radius=1e-3, particle_density=2650.0,
-        fill_mass=16e-3, cylinder_diameter=30e-3, neck_diameter=14e-3,
+        rolling_friction=0.23, sliding_friction=0.47, young_modulus=2.9e6, particle_radius=1e-3,
+        particle_density=2650.0, fill_mass=16e-3, cylinder_diameter=30e-3, neck_diameter=14e-3,
     ),
     "quartz": dict(
-        rolling_friction=0.3, sliding_friction=0.45, young_modulus=1e7, particle_radius=0.4e-3, particle_density=2700.0,
-        fill_mass=1.013e-3, cylinder_diameter=10e-3, neck_diameter=5e-3, sampling_interval=1e-3,
+        rolling_friction=0.3, sliding_friction=0.45, young_modulus=1e7, particle_radius=0.4e-3,
+        particle_density=2700.0, fill_mass=1.013e-3, cylinder_diameter=10e-3, neck_diameter=5e-3,
+        sampling_interval=1e-3,
     ),
 }  # fmt: skip
 
 
 def scripts_at(commit: str) -> Path:
-    """Folder with the YADE scripts of a commit, taken out of the repository's history; "" stands
-    for the work tree.
-    """
+    """Folder with the YADE scripts of a commit; "" stands for the work tree."""
     if not commit:
         return SCRIPTS
     folder = WORK / f"scripts_{commit}"
@@ -53,8 +50,9 @@ def scripts_at(commit: str) -> Path:
 
 
 def core_seconds(command: list[str], folder: Path, **environment: str) -> float:
-    """CPU seconds that one command takes in a folder, its output in output.txt; raises RuntimeError
-    where it fails.
+    """CPU seconds of a command in a folder; RuntimeError where it fails.
+
+    Its output goes to output.txt.
     """
     with open(folder / "output.txt", "wb") as output:
         child = subprocess.Popen(
@@ -74,8 +72,7 @@ def core_seconds(command: list[str], folder: Path, **environment: str) -> float:
 
 
 def run_hourglass(commit: str, parameters: dict, again: str = "") -> dict:
-    """One hourglass with the scripts of a commit; its record with the process's `core_seconds` and
-    its `curves`.
+    """One hourglass with the scripts of a commit: record, `core_seconds` and `curves`.
 
     A run that is there is not done twice, unless `again` names a repetition.
     """

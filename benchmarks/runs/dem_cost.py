@@ -1,15 +1,14 @@
-"""What one hourglass costs, what each change saved, and what LIGGGHTS takes for the same job done
-the plain way.
+"""What one hourglass costs, what each change saved, and what LIGGGHTS takes the plain way.
 
-    python -m benchmarks.runs.dem_cost            about 20 minutes on an idle machine; needs YADE and
-    LIGGGHTS python -m benchmarks.runs.dem_cost quartz     one of the two hourglasses only, prints
-    instead of writing
+    python -m benchmarks.runs.dem_cost           about 20 minutes; needs YADE and LIGGGHTS
+    python -m benchmarks.runs.dem_cost quartz    one of the two hourglasses only, prints only
 
 Writes benchmarks/results/dem_cost.json and .png. Core-seconds are CPU time of the whole process,
 summed over three rounds with a seed each (how long the last grains trickle is chance); in a round
 every variant runs once, one after the other, so that a slow quarter of an hour hits them all.
 """
 
+import itertools
 import json
 import shutil
 import sys
@@ -32,7 +31,7 @@ from calibrator.case.vocabulary import SCRIPTS
 from calibrator.runs.request import Request, write_table
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 ROUNDS = 3
 SEED = 71_000
@@ -49,9 +48,7 @@ STAGES = ("start_up", "filling", "discharge", "settling")
 
 
 def particle_steps(record: dict) -> tuple[float, float]:
-    """Sum over the steps of the grains in the scene, and the part of it after the last passage of
-    the neck.
-    """
+    """Sum over the steps of the grains in the scene, and its part after the last has passed."""
     d, time = record["diagnostics"], record["curves"]["time"]
     passed = (
         record["curves"]["passed_mass"]
@@ -136,9 +133,7 @@ def engine_shares(case: str) -> dict[str, float]:
 
 
 def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
-    """Ratios of the means over the rounds; what a change saved is the ratio of its rung to the rung
-    before.
-    """
+    """Ratios of the means over the rounds, and what each change saved."""
     total = {name: mean(r["core_seconds"] for r in rows) for name, rows in yade.items()}
     work = {name: mean(particle_steps(r)[0] for r in rows) for name, rows in yade.items()}
     names, now, peer = list(RUNGS), yade["time step"][0], mean(r["core_seconds"] for r in liggghts)
@@ -150,9 +145,7 @@ def summary(yade: dict[str, list[dict]], liggghts: list[dict]) -> dict:
         "ratio_to_liggghts_total": rounded(total["time step"] / peer),
         "ratio_to_liggghts_total_at_start": rounded(total["start"] / peer),
         "ratio_to_liggghts_per_particle_step": rounded(per_step[0] / per_step[1]),
-        "saved_by": {
-            b: rounded(1 - total[b] / total[a], 3) for a, b in zip(names, names[1:], strict=False)
-        },
+        "saved_by": {b: rounded(1 - total[b] / total[a], 3) for a, b in itertools.pairwise(names)},
         "same_bits_as_start": [
             n
             for n in names[1:]

@@ -1,6 +1,6 @@
-"""How much of the cores' time the driver turns into YADE's steps, on real runs of a minute or more.
+"""How much of the cores' time the driver turns into YADE's steps, on real runs of a minute.
 
-    python -m benchmarks.runs.driver [cores]      about 10 minutes on an idle machine with two cores
+    python -m benchmarks.runs.driver [cores]      about 10 minutes on an idle machine
 
 Writes benchmarks/results/driver.json and .png. A core's time lasts from the driver's call to the
 end of the last run on that core; the idle tail after it is given apart, as it shrinks with the
@@ -8,6 +8,7 @@ number of runs. "Stepping" is CPU time within filling and release: time that ano
 takes from a core counts as lost.
 """
 
+import itertools
 import os
 import shutil
 import sys
@@ -25,7 +26,7 @@ from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 # Pa: steps, and with them the time of a run, grow with the root
 MODULI = (5e7, 6e7, 7e7, 8e7, 9e7, 1e8)
@@ -40,9 +41,7 @@ def requests() -> list[Request]:
 
 
 def spans(records: list[Record], begin: float) -> list[tuple[float, float, float]]:
-    """(start, end, stepping) of each run in seconds after the driver's call, in the order of their
-    starts.
-    """
+    """(start, end, stepping) of each run in seconds after the driver's call, by start."""
     rows = []
     for r in records:
         start = float(r.provenance["started"]) - begin
@@ -112,7 +111,7 @@ def main() -> None:
         "idle_tail_seconds": [rounded(wall - o[-1][1]) for o in own],
         "seconds_before_a_run_starts": rounded(float(np.mean([o[0][0] for o in own]))),
         "seconds_between_runs": rounded(
-            float(np.mean([b[0] - a[1] for o in own for a, b in zip(o, o[1:], strict=False)]))
+            float(np.mean([b[0] - a[1] for o in own for a, b in itertools.pairwise(o)]))
         ),
         "longest_first": bool(np.all(np.diff(cost) <= 0)),
     }

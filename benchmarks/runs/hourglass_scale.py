@@ -1,19 +1,19 @@
-"""What a smaller hourglass changes: a cylinder of 32 mm, as in the reference paper, against the
-reduced one.
+"""What a smaller hourglass changes: a cylinder of 32 mm, as in the paper, against the reduced.
 
-    python -m benchmarks.runs.hourglass_scale full       cylinder of 32 mm, one run a set: about an hour
-    of a core each, resumable python -m benchmarks.runs.hourglass_scale reduced    the reduced case's
-    hourglass, five seeds a set: minutes python -m benchmarks.runs.hourglass_scale narrow     the same
-    with the paper's neck of 5 mm: how often it clogs, and its rate python -m
-    benchmarks.runs.hourglass_scale stiff      the reduced one again with the modulus of the paper's
-    front: minutes python -m benchmarks.runs.hourglass_scale            compare what has been run: grid/
-    and benchmarks/results/hourglass_scale.json
+    python -m benchmarks.runs.hourglass_scale full       cylinder of 32 mm, one run a set
+    python -m benchmarks.runs.hourglass_scale reduced    the reduced case's, five seeds a set
+    python -m benchmarks.runs.hourglass_scale narrow     the same with the paper's neck of 5 mm
+    python -m benchmarks.runs.hourglass_scale stiff      with the modulus of the paper's front
+    python -m benchmarks.runs.hourglass_scale            compare what has been run
 
-A name of a set after the scale runs that set alone. The grains have size and density of the paper's
-individual D everywhere, the neck is the reduced case's for all but "narrow". The wide cylinder is
-filled with less than the paper's 25 g, as much as its slope needs to reach the wall: rate and slope
-do not know how much has gone before them. The highest frictions clog even the reduced neck in most
-runs and are not part of the comparison with the wide cylinder.
+The first takes about an hour of a core for each set and can be resumed, the others minutes; the
+narrow one shows how often it clogs. Writes grid/hourglass_scale.csv and
+benchmarks/results/hourglass_scale.json. A name of a set after the scale runs that set alone. The
+grains have size and density of the paper's individual D everywhere, the neck is the reduced case's
+for all but "narrow". The wide cylinder is filled with less than the paper's 25 g, as much as its
+slope needs to reach the wall: rate and slope do not know how much has gone before them. The highest
+frictions clog even the reduced neck in most runs and are not part of the comparison with the wide
+cylinder.
 """
 
 import sys
@@ -85,7 +85,7 @@ def finished(label: str, scale: str) -> list[Record]:
 
 
 def summary(records: list[Record]) -> dict[str, object]:
-    """How many runs, how many clogged, and mean and scatter of each response that any of them has."""
+    """How many runs, how many clogged, and mean and scatter of each response."""
     found: dict[str, object] = {
         "runs": len(records),
         "clogged": sum(r.status == "clogged" for r in records),

@@ -1,11 +1,10 @@
-"""The reference paper's Table 8 on YADE: its individuals A-D in the full-scale ledge, three seeds
-each.
+"""The reference paper's Table 8 on YADE: its individuals A-D in the full-scale ledge.
 
     python -m benchmarks.runs.ledge_full_scale          about 60 core-minutes, resumable
     python -m benchmarks.runs.ledge_full_scale D C      only these individuals
 
-Writes grid/ledge_full_scale.csv (the runs) and benchmarks/results/ledge_full_scale.json (angles
-beside the paper's).
+There are three seeds of each. Writes grid/ledge_full_scale.csv (the runs) and
+benchmarks/results/ledge_full_scale.json (angles beside the paper's).
 """
 
 import json
@@ -49,8 +48,9 @@ SEEDS = (810_001, 810_002, 810_003)
 
 
 def requests(label: str) -> list[Request]:
-    """The replicates of one individual, with the numerics of the time they were first made: 20 % of
-    the Rayleigh time.
+    """The replicates of one individual, with the numerics of their time.
+
+    That is 20 % of the Rayleigh time.
     """
     values = dict(zip(NAMES, INDIVIDUALS[label][0], strict=True))
     return [Request.of("ledge", **values, **BOX, seed=seed) for seed in SEEDS]

@@ -1,9 +1,8 @@
-"""The hourglass in LIGGGHTS, done the plain way: an oracle for the cost and the physics, never a
-dependency.
+"""The hourglass in LIGGGHTS, done the plain way: an oracle for cost and physics.
 
-Loose cloud, settle to the rest threshold, open, settle to the rest threshold. Same grains (the same
-seeded cloud), same vessel, same contact law (Hertz-Mindlin, elastic-plastic rolling resistance
-epsd2), a step of 20 % of the Rayleigh time.
+It is never a dependency. Loose cloud, settle to the rest threshold, open, settle to the rest
+threshold. Same grains (the same seeded cloud), same vessel, same contact law (Hertz-Mindlin,
+elastic-plastic rolling resistance epsd2), a step of 20 % of the Rayleigh time.
 """
 
 import math
@@ -20,9 +19,10 @@ from calibrator.runs.request import Request
 
 # both are plain numpy: LIGGGHTS gets the same cloud and the same scan
 sys.path.append(str(SCRIPTS))
-import measure  # noqa: E402
-import packing  # noqa: E402
+import measure
+import packing
 
+WALLS = "all wall/gran model hertz tangential history rolling_friction epsd2"
 INPUT = """
 atom_style granular
 atom_modify map array
@@ -45,8 +45,8 @@ timestep {dt:.10g}
 fix g all gravity 9.81 vector 0.0 0.0 -1.0
 fix bottom all mesh/surface file annulus.stl type 2
 fix plug all mesh/surface file disk.stl type 2
-fix wm all wall/gran model hertz tangential history rolling_friction epsd2 mesh n_meshes 2 meshes bottom plug
-fix wc all wall/gran model hertz tangential history rolling_friction epsd2 primitive type 2 zcylinder {cylinder:.10g} 0.0 0.0
+fix wm {walls} mesh n_meshes 2 meshes bottom plug
+fix wc {walls} primitive type 2 zcylinder {cylinder:.10g} 0.0 0.0
 fix i all nve/sphere
 compute ke all ke update_on_run_end yes
 variable mean equal c_ke/(atoms+1e-30)
@@ -62,7 +62,7 @@ print "FILLED ${{s}}"
 write_dump all custom filled.dump id x y z
 unfix wm
 unfix plug
-fix wo all wall/gran model hertz tangential history rolling_friction epsd2 mesh n_meshes 1 meshes bottom
+fix wo {walls} mesh n_meshes 1 meshes bottom
 run {open}
 label rest
 run {every} post no
@@ -86,8 +86,9 @@ def write_facets(path: Path, triangles: list) -> None:
 
 
 def cloud(p: dict, mass: float) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and velocities (n, 3) that yade_scripts/hourglass.py would start from: the same
-    random numbers.
+    """Centres and velocities (n, 3) from which yade_scripts/hourglass.py would start.
+
+    The random numbers are the same.
     """
     rng = np.random.default_rng(p["seed"])
     centres = packing.cloud_in_cylinder(p, round(p["fill_mass"] / mass), p["particle_radius"], rng)
@@ -123,6 +124,7 @@ def write_inputs(
     )
     (folder / "in.hourglass").write_text(
         INPUT.format(
+            walls=WALLS,
             skin=0.4 * radius,
             young=p["young_modulus"],
             poisson=p["poisson_ratio"],

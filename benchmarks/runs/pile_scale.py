@@ -1,11 +1,10 @@
 """What a smaller heap changes: the reference paper's individual D in piles of growing size.
 
-    python -m benchmarks.runs.pile_scale     compares the runs of grid/pile_scale.csv, and makes those
-                                        that it lacks (half a core-hour in all); writes it and
-                                        benchmarks/results/pile_scale.json
+    python -m benchmarks.runs.pile_scale     half a core-hour where no run is shipped
 
-The cylinder is filled as high as it is wide, as in the reduced case, whose pile is the middle size.
-The paper's own is 32 mm wide and filled to 20 mm.
+Compares the runs of grid/pile_scale.csv and makes those that it lacks; writes it and
+benchmarks/results/pile_scale.json. The cylinder is filled as high as it is wide, as in the reduced
+case, whose pile is the middle size. The paper's own is 32 mm wide and filled to 20 mm.
 """
 
 from pathlib import Path

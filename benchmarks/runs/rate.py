@@ -1,7 +1,8 @@
-"""Particle-steps a second and core on the shipped runs: the constant of the cost model
-(calibrator/cost.py).
+"""Particle-steps a second and core on the shipped runs: the constant of the cost model.
 
-.venv/bin/python -m benchmarks.runs.rate        writes benchmarks/results/rate.json
+    python -m benchmarks.runs.rate        writes benchmarks/results/rate.json
+
+The cost model is in calibrator/runs/cost.py.
 """
 
 import csv
@@ -17,9 +18,7 @@ REPO = Path(__file__).resolve().parents[2]
 
 
 def main() -> None:
-    """Rates (grains at the start times steps over core-seconds) and how well the number of steps is
-    forecast.
-    """
+    """Rates (grains times steps over core-seconds), and how well steps are forecast."""
     database = Database.read(REPO / "grid" / "coarse_sand.csv")
     timings = {
         r["run_id"]: r

@@ -1,8 +1,8 @@
-"""Are the responses still what they were when a run cost twice as much? Parameter sets, three seeds
-each, old and new scripts.
+"""Are the responses still what they were when a run cost twice as much?
 
-.venv/bin/python -m benchmarks.runs.same_responses [coarse_sand] [quartz]     resumable; about 35
-core-minutes each
+    python -m benchmarks.runs.same_responses [coarse_sand] [quartz]     resumable
+
+Parameter sets with three seeds each, by old and new scripts; about 35 core-minutes each hourglass.
 
 The demo's own plan, 24 other sets of two seeds, is compared too: as shipped then and now.
 
@@ -36,7 +36,7 @@ from benchmarks.runs.dem import (
 from calibrator.runs.database import Database
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 MODULUS = {"coarse_sand": (0.5e6, 4e6), "quartz": (5e6, 5e7)}
 RESPONSES = (
@@ -62,8 +62,9 @@ def sets(case: str) -> list[dict]:
 
 
 def responses(case: str) -> dict[str, np.ndarray]:
-    """{"start", "now": values (sets, seeds, responses), NaN where a run clogged; "statuses": of all
-    runs (2, runs)}.
+    """Values (sets, seeds, responses) by "start" and "now", and "statuses" (2, runs).
+
+    A value is NaN where a run clogged.
     """
     scripts_at(START)
     jobs = [
@@ -83,8 +84,7 @@ def responses(case: str) -> dict[str, np.ndarray]:
 def permutation_p(
     old: np.ndarray, new: np.ndarray, statistic: Callable[[np.ndarray], float], times: int = 4000
 ) -> float:
-    """Chance of a statistic of the sets' changes at least this large if within each set it does not
-    matter which run is new.
+    """Chance of so large a statistic of the sets' changes if it does not matter which is new.
 
     Unlike a chi-square test it does not take the seed noise to be the same in all sets, which it is
     not.
@@ -104,9 +104,7 @@ def permutation_p(
 
 
 def compared(found: dict[str, np.ndarray]) -> dict:
-    """Per response: seed noise then and now, mean change with its error, and the chance of so large
-    changes by seeds alone.
-    """
+    """Per response: seed noise then and now, mean change, and its chance by seeds alone."""
     out: dict = {
         "statuses": {
             when: Counter(map(str, s))
@@ -137,9 +135,7 @@ def compared(found: dict[str, np.ndarray]) -> dict:
 
 
 def shipped() -> dict[str, np.ndarray]:
-    """The demo's 24 sets of two seeds each, as shipped at the start and now: other sets and seeds
-    than the ten.
-    """
+    """The demo's 24 sets of two seeds each, as shipped at the start and now."""
     then = WORK / f"coarse_sand_{START}.csv"
     text = subprocess.run(
         ["git", "show", f"{START}:grid/coarse_sand.csv"], cwd=REPO, capture_output=True, check=True

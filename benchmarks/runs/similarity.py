@@ -1,9 +1,9 @@
-"""Only E / (rho_p g d) matters: pairs of the reduced paper case's runs that similarity calls the
-same.
+"""Only E / (rho_p g d) matters: pairs of runs that similarity calls the same.
 
-    python -m benchmarks.runs.similarity      compares the runs of grid/similarity.csv, and makes those
-                                         that it lacks (40 core-minutes in all); writes it and
-                                         benchmarks/results/similarity.json
+    python -m benchmarks.runs.similarity      40 core-minutes where no run is shipped
+
+Compares the runs of grid/similarity.csv, of the reduced paper case, and makes those that it lacks;
+writes it and benchmarks/results/similarity.json.
 
 "exact": density, Young's modulus, filled mass and rest threshold doubled. Doubling rounds nothing,
 so every trajectory and response must be the same to the last bit, masses doubled. "in use": the
@@ -64,15 +64,16 @@ def requests() -> dict[str, dict[str, list[Request]]]:
 
 
 def exact(light: Record, doubled: Record) -> bool:
-    """Whether two runs are the same bit for bit, masses doubled; two that clogged have fewer
-    responses to be the same.
+    """Whether two runs are the same bit for bit, masses doubled.
+
+    Two that clogged have fewer responses to be the same.
     """
     expected = {n: v * (2 if "kg" in RESPONSES[n].unit else 1) for n, v in light.responses.items()}
     return light.status == doubled.status in ("ok", "clogged") and doubled.responses == expected
 
 
 def in_use(light: list[Record], heavy: list[Record]) -> dict[str, dict[str, float]]:
-    """{response: relative difference of the means once masses are scaled, and its standard error}."""
+    """{response: relative difference of the means once masses are scaled, and its error}."""
     found = {}
     for name in KEYS:
         factor = HEAVY / LIGHT if "kg" in RESPONSES[name].unit else 1.0

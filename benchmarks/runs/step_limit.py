@@ -1,5 +1,4 @@
-"""How large may the time step be for soft grains? Hourglasses that come to rest, against the step
-on the contacts' time scale.
+"""How large may the time step be for soft grains, on the contacts' time scale?
 
     python -m benchmarks.runs.step_limit          about 10 core-minutes, resumable
 
@@ -19,7 +18,7 @@ from calibrator.case.physics import contact_time
 from calibrator.runs.request import Request
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 SHARES = (0.28, 0.35, 0.45)
 MODULI, SEEDS = (0.6e6, 1.8e6), (71_001, 71_002, 71_003)

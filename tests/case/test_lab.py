@@ -42,7 +42,7 @@ def test_a_mistake_in_the_lab_file_is_named_with_its_remedy(write_case, old, new
     ],
 )
 def test_a_lab_file_that_used_to_end_in_a_traceback_is_refused_with_its_line(write_case, old, new):
-    with pytest.raises(CalibratorError, match="lab.csv line 3: "):
+    with pytest.raises(CalibratorError, match=r"lab.csv line 3: "):
         read_case(write_case(lab=LAB.replace(old, new)))
 
 

@@ -14,7 +14,8 @@ def test_a_number_too_large_for_a_float_is_refused_with_a_message_that_can_be_sh
 
 
 @pytest.mark.parametrize(
-    "wrong, words", [({"scale": "cubic"}, "scale"), ({"scale": "log", "low": 0.0}, "above zero")]
+    ("wrong", "words"),
+    [({"scale": "cubic"}, "scale"), ({"scale": "log", "low": 0.0}, "above zero")],
 )
 def test_an_impossible_scale_is_refused(wrong, words):
     with pytest.raises(CalibratorError, match=words):

@@ -128,8 +128,8 @@ def test_cluster_settings_with_two_values_or_shell_text_are_refused(write_case, 
     assert (cluster.partition, cluster.account) == ("a", "sand")
     assert (cluster.modules, cluster.shell) == (("yade/2023.02",), ("ulimit -c 0",))
     for wrong in (
-        'partition = "b"', 'account = "x; rm"', 'account = "x\\n"', 'time = "soon"', 'memory = "-1"', 'modules = ["a; rm"]',
-        'modules = ["-f"]', "nodes = 2", "most_tasks = 0",
+        'partition = "b"', 'account = "x; rm"', 'account = "x\\n"', 'time = "soon"',
+        'memory = "-1"', 'modules = ["a; rm"]', 'modules = ["-f"]', "nodes = 2", "most_tasks = 0",
     ):  # fmt: skip
         site.write_text(f"[cluster]\n{wrong}\n")
         with pytest.raises(CalibratorError):

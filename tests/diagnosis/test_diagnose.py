@@ -1,6 +1,4 @@
-"""`preflight` and `diagnose` from end to end, on the fake YADE, whose formulas know adhesion and
-drag.
-"""
+"""`diagnose` from end to end, on the fake YADE, whose formulas know adhesion and drag."""
 
 import json
 from pathlib import Path

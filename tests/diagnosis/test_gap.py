@@ -1,6 +1,4 @@
-"""The algebra of a gap: projections, likelihood ratios and probabilities whose distributions are
-known.
-"""
+"""The algebra of a gap: projections, likelihood ratios and probabilities of known distribution."""
 
 import numpy as np
 import pytest

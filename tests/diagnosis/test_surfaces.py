@@ -1,6 +1,4 @@
-"""Response surfaces against functions that they can represent exactly, and the errors that they
-promise.
-"""
+"""Response surfaces against functions that they represent exactly, and the errors they promise."""
 
 import numpy as np
 import pytest

@@ -13,9 +13,7 @@ FAR = 0.2  # half width [m] of a floor: no grain reaches its rim
 
 
 def scene(gravity=True, **given):
-    """An empty scene with the project's engines; returns its parameters and the grain and wall
-    materials.
-    """
+    """An empty scene with the project's engines; returns parameters, grain and wall material."""
     O.reset()
     p = contract.checked(SETUP, given)
     grain, wall = session.start(p)
@@ -51,10 +49,10 @@ def add_grain(p, z, grain, radius=None, velocity=(0, 0, 0), spin=(0, 0, 0), fixe
 
 
 def add_floor(kind, wall, edge=0.0):
-    """A floor at z = 0: one wall, one large facet, or two coplanar facets whose shared edge meets
-    the x axis at `edge` [m].
+    """A floor at z = 0: one wall, one large facet, or two coplanar facets.
 
-    That edge is square to the x axis ("edge") or at 45 degrees to it ("oblique edge").
+    The facets' shared edge meets the x axis at `edge` [m]. That edge is square to the x axis
+    ("edge") or at 45 degrees to it ("oblique edge").
     """
     if kind == "wall":
         return O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))

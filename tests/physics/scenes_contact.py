@@ -63,11 +63,10 @@ def sliding_impact(kind, normal_speed=0.02, tangential_speed=0.2):
 
 
 def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_friction=0.1):
-    """Head-on impact of grains that spin about a tangential axis, without sliding friction and
-    without gravity.
+    """Head-on impact of grains that spin about a tangential axis.
 
-    Rolling friction alone changes the spin, and the spin is fast enough to keep the moment at its
-    cap.
+    There is no sliding friction and no gravity. Rolling friction alone changes the spin, and the
+    spin is fast enough to keep the moment at its cap.
     """
     p, grain, wall = scene(
         gravity=False,
@@ -92,12 +91,11 @@ def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_frictio
 
 
 def rolling(kind, rolling_friction, duration=0.1):
-    """A grain rolls on a floor without slip, with the speed 5/7 mu_r g t at which it comes to rest
-    after t = duration.
+    """A grain rolls on a floor without slip until shortly before it rests.
 
-    It starts from static overlap. The deceleration is fitted between 10 % and 80 % of the duration,
-    when the start-up oscillation of the contact springs has died. A shared edge of two facets is
-    crossed half-way to the stop.
+    Its speed 5/7 mu_r g t brings it to rest after t = duration. It starts from static overlap. The
+    deceleration is fitted between 10 % and 80 % of the duration, when the start-up oscillation of
+    the contact springs has died. A shared edge of two facets is crossed half-way to the stop.
     """
     p, grain, wall = scene(rolling_friction=rolling_friction, sliding_friction=0.8)
     r, speed = p["particle_radius"], 5 / 7 * rolling_friction * material.GRAVITY * duration
@@ -124,8 +122,7 @@ def rolling(kind, rolling_friction, duration=0.1):
 
 
 def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
-    """A fixed grain under a force of five grain weights turns about a tangential axis until long
-    past the cap.
+    """A fixed grain under five grain weights turns about a tangential axis until past the cap.
 
     Without sliding friction the torque on it is the rolling moment alone. ratio : radius of the
     other grain over its own; for unequal grains the functor of the project takes the eta and the
@@ -190,7 +187,7 @@ def pressed(partner):
 
 
 def spinning(kind, spin=10.0):
-    """A grain at rest on a floor spins about the vertical: its spin [rad/s] before and after 0.1 s."""
+    """A grain on a floor spins about the vertical: its spin [rad/s] before and after 0.1 s."""
     p, grain, wall = scene()
     r = p["particle_radius"]
     add_floor(kind, wall)

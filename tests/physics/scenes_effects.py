@@ -35,7 +35,7 @@ def pull_off(partner, bond_number=0.7):
 
 def hanging(bond_number, duration=0.1):
     """A grain hangs below a fixed one that it touches: how far it fell [m] after a while."""
-    p, grain, wall = scene(bond_number=bond_number)
+    p, grain, _ = scene(bond_number=bond_number)
     r = p["particle_radius"]
     add_grain(p, 2 * r, grain, fixed=True)
     body = add_grain(p, 1e-4 * r, grain)
@@ -45,7 +45,7 @@ def hanging(bond_number, duration=0.1):
 
 def falling(bed_viscosity, duration=0.4):
     """A grain falls freely in a viscous gas, like one of a set-up: its final velocity [m/s]."""
-    p, grain, wall = scene(bed_viscosity=bed_viscosity)
+    p, grain, _ = scene(bed_viscosity=bed_viscosity)
     (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
     body = O.bodies[i]
     body.state.vel = (0, 0, 0)
@@ -60,17 +60,18 @@ def falling(bed_viscosity, duration=0.4):
 
 def falling_askew(tilt_deg, duration=0.01):
     """A grain falls freely in a tilted set-up: its mean acceleration [m/s2]."""
-    p, grain, wall = scene(tilt_deg=tilt_deg)
+    p, grain, _ = scene(tilt_deg=tilt_deg)
     body = add_grain(p, 0, grain)
     run(duration)
     return dict(acceleration=[v / O.time for v in body.state.vel])
 
 
 def falling_from_a_shaken_hand(shaking, frequency, periods, shaking_time):
-    """A grain falls freely in a set-up that vibrates: its velocity [m/s] after so many periods, and
-    whether it still does.
+    """A grain falls in a set-up that vibrates: velocity [m/s] after so many periods.
+
+    Also whether it still vibrates.
     """
-    p, grain, wall = scene(shaking=shaking, shaking_frequency=frequency, shaking_time=shaking_time)
+    p, grain, _ = scene(shaking=shaking, shaking_frequency=frequency, shaking_time=shaking_time)
     body = add_grain(p, 0, grain)
     effects.shake(p)
     run(periods / frequency)
@@ -112,9 +113,7 @@ def twisted_contact(partner, twisting_stiffness=0.5, spin=10.0):
 
 
 def sized_caps(size_spread=0.25, rolling_friction=0.2):
-    """Rolling cap of every pair of sizes under a unit force, as YADE computes it, and as the law
-    asks for [m].
-    """
+    """Rolling cap [m] of every pair of sizes under a unit force, as computed and as wanted."""
     p, _, _ = scene(size_spread=size_spread, rolling_friction=rolling_friction)
     radii, eta = material.size_classes(p), engine(InteractionLoop).physDispatcher.functors[0].eta
     pairs = [(a, b) for a in radii for b in radii]
@@ -125,10 +124,8 @@ def sized_caps(size_spread=0.25, rolling_friction=0.2):
 
 
 def sizes(size_spread, count=7000):
-    """Moments of the radii of grains as they are created: mean [m], coefficient of variation, and
-    mean mass [kg].
-    """
-    p, grain, wall = scene(size_spread=size_spread)
+    """Moments of the radii as created: mean [m], coefficient of variation, mean mass [kg]."""
+    p, grain, _ = scene(size_spread=size_spread)
     centres = 0.01 * np.array([(i % 20, i // 20 % 20, i // 400) for i in range(count)], float)
     ids = session.add_grains(p, centres, grain, np.random.default_rng(1))
     radii = np.array([O.bodies[i].shape.radius for i in ids])
@@ -165,8 +162,9 @@ class Upright:
 
 
 def clump_rebound(aspect=1.3, speed=0.1):
-    """A clump that stands on its end hits a floor without gravity: ratio of its velocities, and the
-    spin that it got.
+    """A clump that stands on its end hits a floor: ratio of velocities, and its spin.
+
+    There is no gravity.
     """
     p, grain, wall = scene(gravity=False, clump_aspect=aspect)
     add_floor("wall", wall)

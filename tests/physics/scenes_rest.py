@@ -13,8 +13,7 @@ from yade import O, PyRunner
 
 
 def settled_layer(count=200, diameter=0.03):
-    """Grains poured into a wide cylinder until they are at rest: mean energies [J] at that moment
-    and 0.1 s later.
+    """Grains poured into a wide cylinder until at rest: mean energies [J] then and 0.1 s later.
 
     The layer is one to two grains deep, so that some of the grains touch nothing but the floor.
     """
@@ -64,9 +63,7 @@ def lost_grain():
 
 
 def lingering_step():
-    """Two waits of ten steps in a row, the last step of each taking its time: after how many steps
-    [1] the second ends.
-    """
+    """Two waits of ten steps whose last step lingers: after how many steps the second ends."""
     p, grain, _ = scene()
     add_grain(p, 0, grain)
     # else a lost look hangs

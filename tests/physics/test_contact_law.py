@@ -1,5 +1,4 @@
-"""The contact law that YADE is given, measured on one and two grains, against the formulas it
-stands for.
+"""The contact law that YADE is given, on one and two grains, against its formulas.
 
 scenes.py makes the measurements inside YADE. Formulas: Hertz (normal force),
 Mindlin (tangential stiffness), Coulomb (sliding), and the elastic-plastic rolling resistance whose
@@ -23,16 +22,18 @@ def e_star(p):
 
 
 def g_star(p):
-    """Mindlin's modulus G* = G/(2 (2 - nu)) of two bodies of the same material, G = E/(2 (1 + nu))
-    [Pa].
+    """Mindlin's modulus G* = G/(2 (2 - nu)) [Pa] of two bodies of the same material.
+
+    G = E/(2 (1 + nu)).
     """
     return p["young_modulus"] / (2 * (1 + p["poisson_ratio"])) / (2 * (2 - p["poisson_ratio"]))
 
 
 @pytest.mark.parametrize("partner", PARTNERS)
 def test_normal_force_is_that_of_hertz(measured, partner):
-    """F_n = 4/3 E* sqrt(R_eff) delta^1.5, with R_eff = r at a floor although YADE's wall is a
-    sphere of 1e8 r.
+    """F_n = 4/3 E* sqrt(R_eff) delta^1.5.
+
+    R_eff = r at a floor although YADE's wall is a sphere of 1e8 r.
     """
     m = measured("pressed", partner)
     expected = (
@@ -92,9 +93,7 @@ def test_sliding_impact_spins_the_grain_up_by_the_moment_of_the_friction(measure
 def test_rolling_grain_is_slowed_by_the_requested_rolling_friction(
     measured, kind, rolling_friction
 ):
-    """Rolling without slip under the moment mu_r r m g decelerates by a = 5/7 mu_r g, so mu_r = 7
-    a/(5 g).
-    """
+    """Rolling without slip under mu_r r m g decelerates by a = 5/7 mu_r g: mu_r = 7 a/(5 g)."""
     m = measured("rolling", kind, rolling_friction)
     assert (m["fewest_contacts"], m["most_contacts"]) == (1, 1)
     assert m["largest_slip"] < 0.01
@@ -128,8 +127,9 @@ def test_rolling_moment_is_capped_at_mu_r_times_R_eff_times_the_normal_force(mea
 def test_impact_takes_no_more_spin_than_the_capped_rolling_moment_can(
     measured, partner, restitution
 ):
-    """With the moment at its cap throughout, Delta omega = mu_r R_eff Delta v_n/(2/5 r^2): the cap
-    holds in every step.
+    """With the moment at its cap, Delta omega = mu_r R_eff Delta v_n/(2/5 r^2).
+
+    The cap holds in every step.
     """
     m = measured("spinning_impact", partner, restitution)
     expected = (
@@ -169,9 +169,7 @@ def test_rolling_moment_rises_with_the_angle_by_the_rolling_stiffness(measured, 
     "contact", [("grain", 0.2), ("grain", 0.2, 1.5), ("facet", 0.2), ("wall", 0.2)]
 )
 def test_default_rolling_stiffness_follows_the_tangential_stiffness(measured, contact):
-    """k_r = factor * k_t R_eff^2 with k_t = 8 G* sqrt(R_eff delta) at the overlap of five grain
-    weights.
-    """
+    """k_r = factor * k_t R_eff^2 with k_t = 8 G* sqrt(R_eff delta) at five grain weights."""
     m = measured("bent_contact", *contact)
     p, r_eff = m["parameters"], m["effective_radius"]
     overlap = (m["load"] / (4 / 3 * e_star(p) * math.sqrt(r_eff))) ** (2 / 3)
@@ -187,8 +185,9 @@ def test_spin_about_the_contact_normal_persists(measured, kind):
 
 
 def test_layer_at_rest_by_translational_energy_still_spins(measured):
-    """The translational energy passes 1e-15 J per grain; the total stalls far above and has not
-    fallen 0.1 s later.
+    """The translational energy passes 1e-15 J per grain; the total stalls far above.
+
+    It has not fallen 0.1 s later.
     """
     m = measured("settled_layer")
     assert m["threshold"] == 1e-15
@@ -204,7 +203,8 @@ def test_a_grain_that_has_left_the_vessel_ends_the_filling_soon_and_says_why(mea
 
 
 def test_a_wait_begins_when_the_last_step_of_the_one_before_has_ended(measured):
-    """Else the engines of the new wait are lost, and it never ends: one pile in about a hundred ran
-    into its time limit.
+    """Else the engines of the new wait are lost, and it never ends.
+
+    One pile in about a hundred ran into its time limit.
     """
     assert 20 <= measured("lingering_step")["steps"] <= 25

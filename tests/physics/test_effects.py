@@ -11,8 +11,9 @@ PARTNERS = ("grain", *FLOORS)
 
 @pytest.mark.parametrize("partner", PARTNERS)
 def test_adhesion_pulls_with_the_bond_number_times_the_weight_of_a_grain(measured, partner):
-    """DMT: 4 pi R_eff gamma at any overlap, so twice as much at a floor, where R_eff is twice that
-    of two grains.
+    """DMT: 4 pi R_eff gamma at any overlap, so twice as much at a floor.
+
+    R_eff is there twice that of two grains.
     """
     m = measured("pull_off", partner)
     expected = m["bond_number"] * m["weight"] * (1 if partner == "grain" else 2)
@@ -41,8 +42,9 @@ def test_tilt_turns_gravity_towards_x(measured):
 
 @pytest.mark.parametrize(("periods", "shaking_time"), [(0.5, 1.0), (1.25, 1.0), (3.0, 0.5 / 50)])
 def test_a_shaken_set_up_throws_a_grain_sideways_until_it_stops(measured, periods, shaking_time):
-    """v_x = Gamma g/omega (1 - cos omega t); after the vibration it stays what it was, and nothing
-    moves along y.
+    """v_x = Gamma g/omega (1 - cos omega t), which stays after the vibration.
+
+    Nothing moves along y.
     """
     m = measured("falling_from_a_shaken_hand", 0.8, 50.0, periods, shaking_time)
     omega, time = 2 * math.pi * 50.0, min(m["time"], shaking_time)
@@ -79,13 +81,11 @@ def test_the_rolling_cap_of_several_sizes_is_right_in_the_mean_and_within_13_per
     m = measured("sized_caps")
     ratios = [given / wanted for given, wanted in zip(m["given"], m["wanted"], strict=True)]
     assert sum(m["given"]) == pytest.approx(sum(m["wanted"]), rel=0.02)
-    assert 0.87 < min(ratios) and max(ratios) < 1.13
+    assert min(ratios) > 0.87 and max(ratios) < 1.13
 
 
 def test_grains_of_several_sizes_have_the_requested_moments(measured):
-    """Mean radius as given, its coefficient of variation, and the mean mass 1 + 3 cv^2 that goes
-    with them.
-    """
+    """Mean radius as given, its coefficient of variation, and the mean mass 1 + 3 cv^2."""
     m = measured("sizes", 0.25)
     assert m["mean"] == pytest.approx(m["nominal"], rel=1e-9)
     assert m["spread"] == pytest.approx(0.25, rel=1e-9)

@@ -1,6 +1,4 @@
-"""The adaptive design on surfaces whose answer is known, and through the whole workflow on a fake
-YADE.
-"""
+"""The adaptive design on surfaces whose answer is known."""
 
 from math import erf, sqrt
 
@@ -32,9 +30,7 @@ def problem(values):
 
 
 def designed(own, seed, settings=SIXTY, bad=lambda points: np.zeros(len(points), bool)):
-    """Run a design to its end; returns the last proposal, the kinds on the way and the number of
-    runs.
-    """
+    """Run a design to its end: the last proposal, the kinds on the way, the number of runs."""
     rng = np.random.default_rng(seed)
     points = np.repeat(sobol(own, 6), [3, 3, 1, 1, 1, 1], axis=0)
     values, kinds = respond(points) + NOISE * rng.standard_normal((len(points), 2)), []

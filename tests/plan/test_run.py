@@ -27,7 +27,7 @@ def test_a_log_of_proposals_is_whole_after_every_write(write_case, tmp_path, mon
         note_proposal(space, proposal, [Request.of("ledge", seed=seed)])
     assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
-    with pytest.raises(OSError):
+    with pytest.raises(OSError, match="disk full"):
         note_proposal(space, proposal, [Request.of("ledge", seed=3)])
     assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]
 

@@ -65,9 +65,10 @@ def believe(space, requests, clogged=(), curves=True):
         status = "clogged" if count in clogged else "ok"
         kept = {"bulk_density": responses["bulk_density"]} if status == "clogged" else responses
         record = dict(
-            schema=1, setup=request.setup, run_id=request.run_id, parameters=request.parameters, status=status,
-            responses=kept, error=None, diagnostics=dict(particles=9, steps=10, filling_cpu=1.0, release_cpu=2.0),
-            provenance=dict(yade="2023.02a", scripts="abc123", host="here", wall_time=3.0),
+            schema=1, setup=request.setup, run_id=request.run_id, parameters=request.parameters,
+            status=status, responses=kept, error=None, diagnostics=dict(particles=9, steps=10,
+            filling_cpu=1.0, release_cpu=2.0), provenance=dict(yade="2023.02a", scripts="abc123",
+            host="here", wall_time=3.0),
         )  # fmt: skip
         (folder / f"{request.run_id}.json").write_text(json.dumps(record))
         if curves:
@@ -122,9 +123,7 @@ def copy(whole, tmp_path):
 
 
 class Outline(html.parser.HTMLParser):
-    """Open tags, attributes and visible words of a page; refuses tags that are closed in the wrong
-    order.
-    """
+    """Open tags, attributes and visible words of a page; refuses tags closed in a wrong order."""
 
     def __init__(self, page):
         super().__init__()
@@ -202,7 +201,7 @@ def test_every_target_and_every_candidate_is_named(whole):
     assert (
         "ledge equivalent angle (ledge)" in text and "pile equivalent angle (conical pile)" in text
     )
-    headings = [m for m in re.findall(r"<th[^>]*>([^<]*)</th>", page)]
+    headings = re.findall(r"<th[^>]*>([^<]*)</th>", page)
     for label in current_calibration(space).candidates:
         assert headings.count(label.removeprefix("individual ")) >= 2, label
     assert space.outcome("report", Page) == outcome

@@ -1,6 +1,4 @@
-"""Interpolation in other coordinates: log scales, and the density that similarity makes
-superfluous.
-"""
+"""Interpolation in other coordinates: log scales, and the density taken out by similarity."""
 
 import numpy as np
 import pytest
@@ -38,7 +36,7 @@ def test_a_process_on_the_log_scale_is_exact_where_the_response_is_linear_in_the
     asked = np.array([[5e6], [20e6], [50e6]])
     assert model.predict(asked)[:, 0] == pytest.approx(np.log(asked[:, 0]), abs=1e-3)
     with pytest.raises(
-        CalibratorError, match="young_modulus = 6e[+]07 lies outside 5e[+]06 to 5e[+]07"
+        CalibratorError, match=r"young_modulus = 6e[+]07 lies outside 5e[+]06 to 5e[+]07"
     ):
         model.predict(np.array([[60e6]]))
 

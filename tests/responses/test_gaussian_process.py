@@ -120,7 +120,7 @@ def test_a_kernel_from_a_part_of_the_points_serves_a_process_through_all(monkeyp
 
 def test_a_process_through_too_many_points_says_what_to_do(monkeypatch):
     monkeypatch.setattr("calibrator.responses.gaussian_process.MOST_POINTS", 20)
-    with pytest.raises(CalibratorError, match="at most 20.*multilinear"):
+    with pytest.raises(CalibratorError, match=r"at most 20.*multilinear"):
         process(*noisy_runs(21, 1), noise=NOISE)
 
 
@@ -159,5 +159,5 @@ def test_noise_source_is_mixed_where_responses_differ():
 def test_process_refuses_runs_outside_its_bounds():
     points, values = noisy_runs(10, 1)
     points[3, 0] = 0.7
-    with pytest.raises(CalibratorError, match="rolling_friction = 0.7 lies outside 0.1 to 0.5"):
+    with pytest.raises(CalibratorError, match=r"rolling_friction = 0.7 lies outside 0.1 to 0.5"):
         process(points, values)

@@ -23,7 +23,7 @@ def test_relative_errors_are_the_terms_of_the_error_in_the_order_of_the_targets(
 
 
 def test_target_without_interpolated_response_is_refused():
-    with pytest.raises(CalibratorError, match="hourglass.emptying_time is not interpolated"):
+    with pytest.raises(CalibratorError, match=r"hourglass.emptying_time is not interpolated"):
         target_columns(
             Problem(PARAMETERS, (Target("hourglass", "emptying_time", 1.0),)), Constant.responses
         )

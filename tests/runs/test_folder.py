@@ -46,7 +46,7 @@ def test_links_in_place_of_files_that_a_run_writes_are_replaced(tmp_path, fake_y
 )
 def test_a_damaged_list_of_failures_is_one_line(tmp_path, state):
     (tmp_path / "failures.json").write_text(state)
-    with pytest.raises(CalibratorError, match="failures.json is damaged .*: delete it"):
+    with pytest.raises(CalibratorError, match=r"failures.json is damaged .*: delete it"):
         RunFolder(tmp_path).failures()
 
 

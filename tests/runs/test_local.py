@@ -61,9 +61,7 @@ def test_a_missing_yade_is_said_with_the_remedy(tmp_path, monkeypatch):
 def test_a_record_that_arrives_while_the_batch_is_put_together_is_kept(
     tmp_path, fake_yade, monkeypatch
 ):
-    """From a run that outlived its driver: it was not there when the driver looked for what is to
-    be done.
-    """
+    """From a run that outlived its driver, after the next one looked for what is to be done."""
     folder, (late, other) = folder_with(tmp_path), requests(2)
     run(folder, [late], jobs=1)
     record, predict = folder.record(late).read_bytes(), cost.core_seconds
@@ -99,7 +97,7 @@ def test_that_yade_could_not_be_started_is_no_failure_of_the_runs(
     for _ in range(2):
         with pytest.raises(
             CalibratorError,
-            match="4 runs are still to be done: .*yade-batch.log.*run the same command again",
+            match=r"4 runs are still to be done: .*yade-batch.log.*run the same command again",
         ):
             run(folder, requests(), jobs=1)
         assert folder.failures() == {}
@@ -137,10 +135,11 @@ def test_a_table_edited_after_its_line_was_locked_gives_yade_the_line_as_it_was(
 def start_driver(folder, count):
     code = (
         # a shell's background job ignores it
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);from"
-        " calibrator.runs.folder import RunFolder; from calibrator.runs.local import run; from calibrator.runs.request import Request; from"
-        f" pathlib import Path;run(RunFolder(Path({str(folder.path)!r})), [Request.of('hourglass',"
-        f" seed=s) for s in range({count})], jobs=1)"
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
+        "from calibrator.runs.folder import RunFolder; from calibrator.runs.local import run;"
+        "from calibrator.runs.request import Request; from pathlib import Path;"
+        f"run(RunFolder(Path({str(folder.path)!r})),"
+        f" [Request.of('hourglass', seed=s) for s in range({count})], jobs=1)"
     )
     return subprocess.Popen([sys.executable, "-c", code], cwd=REPO, start_new_session=True)
 

@@ -16,8 +16,9 @@ REQUEST = Request.of("ledge", seed=5)
 
 def good():
     return dict(
-        schema=1, setup="ledge", run_id=REQUEST.run_id, parameters=dict(REQUEST.parameters), status="ok",
-        responses={"bulk_density": 1500.0}, error=None, diagnostics={"particles": 10}, provenance={"yade": "x"},
+        schema=1, setup="ledge", run_id=REQUEST.run_id, parameters=dict(REQUEST.parameters),
+        status="ok", responses={"bulk_density": 1500.0}, error=None, diagnostics={"particles": 10},
+        provenance={"yade": "x"},
     )  # fmt: skip
 
 
@@ -121,8 +122,8 @@ def test_a_sealed_record_nested_without_end_is_refused(tmp_path):
 )
 def test_a_record_that_would_break_what_follows_is_not_believed(tmp_path, change):
     good = dict(
-        schema=SCHEMA, setup="ledge", run_id=REQUEST.run_id, parameters=REQUEST.parameters, status="ok",
-        responses={"bulk_density": 1500.0}, error=None, diagnostics={}, provenance={},
+        schema=SCHEMA, setup="ledge", run_id=REQUEST.run_id, parameters=REQUEST.parameters,
+        status="ok", responses={"bulk_density": 1500.0}, error=None, diagnostics={}, provenance={},
     )  # fmt: skip
     (tmp_path / "r.json").write_text(json.dumps(good))
     assert read_record(tmp_path / "r.json", REQUEST).status == "ok"

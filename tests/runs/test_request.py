@@ -68,7 +68,7 @@ def test_a_table_of_two_set_ups_names_the_script_of_each_line_and_completes_fore
         cells = dict(zip(header.split(), line.split(), strict=True))
         assert cells["!SCRIPT"] == f"scripts/{request.setup}.py"
         assert {n: ast.literal_eval(cells[n]) for n in request.parameters} == request.parameters
-        assert ast.literal_eval(cells["lift_speed"] if "lift_speed" in cells else "1") == 1
+        assert ast.literal_eval(cells.get("lift_speed", "1")) == 1
 
 
 @pytest.mark.parametrize(

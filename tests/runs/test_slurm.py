@@ -1,6 +1,4 @@
-"""--engine slurm on a real SLURM of two nodes on loopback, with the fake YADE and with the real
-one.
-"""
+"""--engine slurm on a real SLURM of two nodes on loopback, with the fake and the real YADE."""
 
 import contextlib
 import dataclasses
@@ -90,8 +88,9 @@ def options(slurm, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module", autouse=True)
 def walled(slurm, tmp_path_factory):
-    """A driver whose tasks may take a minute, begun before all tests as SLURM knows no less:
-    folder, requests and process.
+    """A driver whose tasks may take a minute: folder, requests and process.
+
+    Begun before all tests, as SLURM knows no less.
     """
     path = tmp_path_factory.mktemp("walled")
     folder = folder_in(path / "runs", **{"1": "hang once", "2": "hang", "duration": 1})
@@ -167,7 +166,7 @@ def test_more_slices_than_may_be_submitted_are_done_in_turns(tmp_path, options, 
 
 def test_a_refused_submission_costs_no_attempt(tmp_path, options, fake_yade):
     folder = folder_in(tmp_path / "runs")
-    with pytest.raises(CalibratorError, match="did not take the job.*correct"):
+    with pytest.raises(CalibratorError, match=r"did not take the job.*correct"):
         engine.run(folder, requests(2), dataclasses.replace(options, partition="nowhere"))
     assert folder.failures() == {}
     assert [r.status for r in engine.run(folder, requests(2), options, attempts=1)] == ["ok", "ok"]
@@ -208,7 +207,7 @@ def test_a_job_that_comes_up_after_its_driver_has_given_it_up_does_nothing(
 
 def test_where_no_run_can_start_the_user_is_told_where_to_read_why(tmp_path, options, fake_yade):
     folder = folder_in(tmp_path / "runs")
-    with pytest.raises(CalibratorError, match="no run started: read .*out"):
+    with pytest.raises(CalibratorError, match=r"no run started: read .*out"):
         engine.run(folder, requests(1), dataclasses.replace(options, shell=("exit 1",), grace=1))
     assert folder.failures() == {}
 
@@ -250,10 +249,10 @@ def held_by(folder, node, asked):
 def test_whatever_dies_every_run_gets_its_verdict_and_the_database_is_the_undisturbed_one(
     tmp_path, slurm, options, troubled_yade, monkeypatch
 ):
-    """Real YADE runs beside a crash, a segfault, a lack of memory and a hang; the driver killed,
-    then a node lost.
+    """Real runs beside a crash, a segfault, a lack of memory and a hang.
 
-    Two runs to a task, and the last, the hang with its short limit, by itself.
+    The driver is killed, then a node lost. Two runs to a task, and the last, the hang with its
+    short limit, by itself.
     """
     box = dict(box_length=16e-3, box_width=8e-3, fill_height=10e-3, young_modulus=1e6)
     good = [Request.of("ledge", **box, seed=seed) for seed in range(1, 6)]
@@ -293,9 +292,7 @@ def test_whatever_dies_every_run_gets_its_verdict_and_the_database_is_the_undist
 
 
 def test_the_end_of_the_wall_time_costs_an_attempt_only_where_a_run_had_all_of_it(walled):
-    """Two runs to a task: one hangs on its own, and one would have ended, had the run before it not
-    taken its time.
-    """
+    """Two runs to a task: one hangs, and one would have ended, had it had all the time."""
     folder, asked, driver = walled
     assert driver.wait(180) == 0
     records = folder.gather(folder, asked)

@@ -1,4 +1,4 @@
-"""Profiles against linear models, whose intervals and coverage follow from the covariance matrix."""
+"""Profiles against linear models, whose intervals and coverage follow from the covariance."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,9 @@ TRUTH = np.array([0.5, 1.0])
 
 
 class Linear:
-    """Responses 1000 + points @ slopes with a constant standard error; like a real interpolant it
-    refuses to extrapolate.
+    """Responses 1000 + points @ slopes with a constant standard error.
+
+    Like a real interpolant it refuses to extrapolate.
     """
 
     responses = KEYS
@@ -87,7 +88,7 @@ def test_profile_adapts_the_other_parameters_rather_than_holding_them():
 
 
 def test_smallest_chi2_of_three_targets_for_two_parameters_is_the_least_squares_residual():
-    values = exact(Linear()) + [4.0, -3.0, 6.0]
+    values = exact(Linear()) + np.array([4.0, -3.0, 6.0])
     best, residual = np.linalg.lstsq(SLOPES.T, values - 1000, rcond=None)[:2]
     found = identify(problem(values), Linear(), samples=2**8)
     assert found.chi2 == pytest.approx(residual[0] / ERROR**2, rel=1e-6)

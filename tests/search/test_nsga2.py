@@ -1,6 +1,4 @@
-"""The genetic algorithm against its encoding, its operators' promises and a front that can be
-written down.
-"""
+"""The genetic algorithm against its encoding, its operators' promises and a known front."""
 
 import numpy as np
 import pytest
@@ -36,8 +34,9 @@ SMALL = Settings(population=60, generations=15, snapshots=(0, 5, 15, 99))
 
 
 def zdt1(points):
-    """Zitzler, Deb and Thiele's first problem on the unit box: the front is f2 = 1 - sqrt(f1),
-    where all but x1 are 0.
+    """Zitzler, Deb and Thiele's first problem on the unit box.
+
+    The front is f2 = 1 - sqrt(f1), where all but x1 are 0.
     """
     x = (points - SPACE.low) / (SPACE.high - SPACE.low)
     g = 1 + 9 * x[:, 1:].mean(axis=1)

@@ -8,7 +8,8 @@ import pytest
 from tests.fake_yade import contract
 
 IMPOSSIBLE = [
-    10**309, -(10**400), 10**5000, float("nan"), float("inf"), 1e301, "a", None, True, 1j, (1,), [], {}, {1}, object()
+    10**309, -(10**400), 10**5000, float("nan"), float("inf"), 1e301, "a", None, True, 1j, (1, ),
+    [], {}, {1}, object()
 ]  # fmt: skip
 
 
@@ -16,9 +17,7 @@ IMPOSSIBLE = [
 def test_an_impossible_cell_of_a_table_is_bad_input_to_the_scripts_and_the_record_can_be_written(
     tmp_path, name
 ):
-    """Whatever Python value a cell that somebody wrote by hand becomes in YADE: never an error of
-    the scripts' own.
-    """
+    """Whatever a cell that somebody wrote by hand becomes, it is no error of the scripts' own."""
     for value in IMPOSSIBLE:
         with pytest.raises(contract.BadInput, match=f"^{name} = .*: (give|choose) "):
             contract.checked("hourglass", {name: value})

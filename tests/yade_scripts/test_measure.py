@@ -122,9 +122,7 @@ def test_the_cloud_has_every_grain_no_overlap_and_keeps_clear_of_wall_and_floor(
 
 
 def test_no_grain_of_a_cloud_overlaps_the_flat_sides_of_its_cylinder():
-    """Jitter along both axes once carried one grain in a thousand a tenth of its radius into the
-    wall.
-    """
+    """Jitter along both axes once carried one grain in a thousand into the wall."""
     p = {"cylinder_diameter": 13e-3, "cloud_fraction": 0.2, "pouring_height": 0.0}
     edge = 2 * np.pi / packing.SEGMENTS
     for seed in range(20):

@@ -34,9 +34,7 @@ def test_the_wrapper_opens_no_lock_that_is_a_link(tmp_path, fake_yade, link):
 
 
 def test_a_lock_that_is_never_released_ends_in_a_timeout(tmp_path, fake_yade):
-    """A YADE that hangs may have lost its driver and its clock to kill -9; the run that waits for
-    it must not hang too.
-    """
+    """A YADE that hangs may have lost its driver and clock; who waits for it must not hang."""
     write_table(tmp_path / "runs.table", [Request.of("ledge")])
     (tmp_path / "locks").mkdir()
     limited = {**os.environ, "YADE_BATCH": "runs.table:2", "CALIBRATOR_TIME_LIMIT": "0.2"}

@@ -3,9 +3,10 @@
     python -m tests.campaigns.bad_input.campaign            writes benchmarks/results/fuzz.json
     python -m tests.campaigns.bad_input.campaign --quick    1 % of the inputs, prints only
 
-The first takes some minutes; kinds.py has what is damaged. `tracebacks` counts inputs that were neither accepted as they stand nor refused with one line,
-`hangs` those that took longer than 20 s, `code_executed` the marks that code in an input has left.
-`wrong` lists the first of each sort of what went wrong.
+The first takes some minutes; kinds.py has what is damaged. `tracebacks` counts inputs that were
+neither accepted as they stand nor refused with one line, `hangs` those that took longer than 20 s,
+`code_executed` the marks that code in an input has left. `wrong` lists the first of each sort of
+what went wrong.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""Generators of bad input: good files with a few changes (another type, NaN, a huge number, a
-missing or doubled line, flipped bits, another encoding, a path that leads away), or bytes without
-any sense. Drawn by hypothesis."""
+"""Generators of bad input: good files with a few changes, or bytes without any sense.
+
+A change is another type, NaN, a huge number, a missing or doubled line, flipped bits, another
+encoding, or a path that leads away. Drawn by hypothesis.
+"""
 
 import codecs
 import copy
@@ -12,24 +14,26 @@ import numpy as np
 from hypothesis import strategies as st
 
 WORDS = [
-    "", " ", "nan", "-inf", "inf", "1e999", "1e308", "-1", "0", "-0.0", "5e-324", "1_000", "0x10", "True", "None", "٣",
-    "1" * 5000, "9" * 400, "x" * 5000, "\0", "\x1b[2J", "a\nb", "a\r\nb", "\u2028", "\ufeff", "é", "漢字",
-    "../../../../etc/passwd", "/etc/passwd", "/dev/zero", "pipe", "loop", "away", "zero", "folder", ".", "..", "../..", "~",
-    "=1+1", '"', "'", '"""', ",", ",,,,,,,", "#", "\\", "hourglass", "rolling_friction", "epsd2'", "seed", "name",
-    "__class__",
+    "", " ", "nan", "-inf", "inf", "1e999", "1e308", "-1", "0", "-0.0", "5e-324", "1_000", "0x10",
+    "True", "None", "٣", "1" * 5000, "9" * 400, "x" * 5000, "\0", "\x1b[2J", "a\nb", "a\r\nb",
+    "\u2028", "\ufeff", "é", "漢字", "../../../../etc/passwd", "/etc/passwd", "/dev/zero", "pipe",
+    "loop", "away", "zero", "folder", ".", "..", "../..", "~", "=1+1", '"', "'", '"""', ",",
+    ",,,,,,,", "#", "\\", "hourglass", "rolling_friction", "epsd2'", "seed", "name", "__class__",
 ]  # fmt: skip
 TOML_VALUES = [
-    "nan", "-inf", "inf", "1e999", "1e308", "-1", "0", "2", "0.5", "-0.0", "5e-324", "true", "false", '""', "''", "[]", "{}",
-    "[1]", '["error"]', '["error", "error"]', '["a\\nb"]', '"\\u0000"', '"\\n"', "1979-05-27", "07:32:00", "9" * 19,
-    "9" * 400, "9" * 5000, "0x" + "f" * 5000, "[" * 500 + "]" * 500, "[" * 5 + "]" * 5, "{a = {a = {a = {}}}}", "1e-300",
-    "9223372036854775807", "99999999", "2_000_000", '"grid"', '"adaptive"', '"log"', '"multilinear"', '"runs.csv"',
-    '"../grid/runs.csv"', '"../grid/../../secret.csv"', '"../../secret.csv"', '"/etc/passwd"', '"/dev/zero"', '"pipe"',
-    '"loop"', '"away"', '"zero"', '"folder"', '"."', '".."', '"lab.csv\\n"',
+    "nan", "-inf", "inf", "1e999", "1e308", "-1", "0", "2", "0.5", "-0.0", "5e-324", "true",
+    "false", '""', "''", "[]", "{}", "[1]", '["error"]', '["error", "error"]', '["a\\nb"]',
+    '"\\u0000"', '"\\n"', "1979-05-27", "07:32:00", "9" * 19, "9" * 400, "9" * 5000,
+    "0x" + "f" * 5000, "[" * 500 + "]" * 500, "[" * 5 + "]" * 5, "{a = {a = {a = {}}}}", "1e-300",
+    "9223372036854775807", "99999999", "2_000_000", '"grid"', '"adaptive"', '"log"',
+    '"multilinear"', '"runs.csv"', '"../grid/runs.csv"', '"../grid/../../secret.csv"',
+    '"../../secret.csv"', '"/etc/passwd"', '"/dev/zero"', '"pipe"', '"loop"', '"away"', '"zero"',
+    '"folder"', '"."', '".."', '"lab.csv\\n"',
 ]  # fmt: skip
 JSON_VALUES: list[Any] = [
-    None, True, False, 0, 1, -1, 0.5, 1e308, float("nan"), float("inf"), -float("inf"), 10**400, -(10**400), 2**63, "", "ok",
-    "crash", "x" * 3000, "\0", "\ud800", "a\nb", "\u2028", "é", [], {}, [[]], [None], {"": {}}, {"kind": "crash"}, [1e999],
-    "hourglass",
+    None, True, False, 0, 1, -1, 0.5, 1e308, float("nan"), float("inf"), -float("inf"), 10**400,
+    -(10**400), 2**63, "", "ok", "crash", "x" * 3000, "\0", "\ud800", "a\nb", "\u2028", "é", [], {},
+    [[]], [None], {"": {}}, {"kind": "crash"}, [1e999], "hourglass",
 ]  # fmt: skip
 CHANGES = ("flip", "cut", "drop", "double", "insert", "end", "line", "lines", "code")
 

@@ -4,9 +4,10 @@
     python -m tests.campaigns.faults --quick        each kind once, on the fake YADE only
     python -m tests.campaigns.faults --only WORDS   kinds with these words in their name
 
-The first takes 10 to 20 minutes, the others print only. A fault befalls a results folder of its
-own. Then `calibrator run` is called again, as a user would, and the outcome is compared with that
-of the undisturbed plan: nothing runs twice without need, either. `lost_finished_runs` counts records
+The first takes 10 to 20 minutes, the others print only. Nothing runs twice without need, either.
+
+A fault befalls a results folder of its own. Then `calibrator run` is called again, as a user would,
+and the outcome is compared with that of the undisturbed plan. `lost_finished_runs` counts records
 that had been good before the fault and are not the same to the byte, `undetected_corruptions`
 spoiled records that were not reported and made anew, `wrong_answers` databases that are not the
 undisturbed one to the byte, `tracebacks` those on stderr, `repeated_without_need` runs that were

@@ -124,7 +124,9 @@ def drive(arguments: list[str], path: str, errors: Path, real: bool, clock: Path
     if real:
         os.environ["PYTHONPATH"] = f"{clock}{os.pathsep}{REPO}"
         os.execv(sys.executable, [sys.executable, "-m", "calibrator.cli", *arguments])
-    sys.stdout, sys.stderr = open(1, "w", closefd=False), open(2, "w", closefd=False)
+    # they stay open until the process ends
+    sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", closefd=False)  # noqa: SIM115
     logging.getLogger().handlers.clear()
     if clock.exists():
         exec((clock / "sitecustomize.py").read_text(), {})
@@ -156,6 +158,6 @@ def role(pid: int) -> str:
         return words[1]
     return (
         "wrapper"
-        if "run_yade.sh" in line and words[0] == "sh" or words[0] in ("timeout", "flock")
+        if ("run_yade.sh" in line and words[0] == "sh") or words[0] in ("timeout", "flock")
         else "other"
     )

@@ -38,9 +38,7 @@ def found(tmp_path_factory):
 
 
 def costs_nothing(found, *names):
-    """Nothing finished lost, nothing repeated without need, the same database, no traceback, and
-    the end that was expected.
-    """
+    """Nothing lost, nothing repeated without need, the same database, the end that was expected."""
     for name in names:
         (kind,) = [k.name for k in KINDS if re.match(rf"{re.escape(name)}\b(?!-)", k.name)]
         if kind in found["not_possible_here"]:
@@ -176,7 +174,7 @@ def test_the_judge_notices_a_traceback_and_a_driver_that_fails(stage):
     verdict = judge(stage)
     assert verdict.tracebacks == 1 and "status 2" in verdict.happened and verdict.wrong_answers == 1
     assert (
-        counted([{"happened": verdict.happened, "yade": "fake", **{key: 1 for key in COUNTS}}])[
+        counted([{"happened": verdict.happened, "yade": "fake", **dict.fromkeys(COUNTS, 1)}])[
             "unexpected"
         ]
         == 1

@@ -1,14 +1,13 @@
-"""How often is the verdict right? Measurements in which an effect is hidden, from pools of real
-YADE runs.
+"""How often is the verdict right, where an effect is hidden in pools of real YADE runs?
 
-    calibrator preflight cases/missing_effect.toml --yes   runs of the surfaces: diagnosis.csv,
-    grid/missing_effect.csv python -m tests.campaigns.hidden.campaign run [N [CLASS]]     carry out the
-    pools (resumable), hours: grid/missing_effect_pools.csv;
-                                                           N runs of each instead of five, of
-                                                           classes whose label begins so or whose
-                                                           number it is
-    python -m tests.campaigns.hidden.campaign                     judge them:
-    benchmarks/results/hidden_effect.json
+    calibrator preflight cases/missing_effect.toml --yes        runs of the surfaces
+    python -m tests.campaigns.hidden.campaign run [N [CLASS]]   carry out the pools, for hours
+    python -m tests.campaigns.hidden.campaign                   judge them
+
+The first leaves diagnosis.csv, which is shipped as grid/missing_effect.csv; the second can be
+resumed and writes grid/missing_effect_pools.csv, with N runs of each instead of five, of classes
+whose label begins with CLASS or whose number it is; the third writes
+benchmarks/results/hidden_effect.json.
 
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong
 amplitude, an effect outside the library, or a pair. What the bars are about (nothing, strong
@@ -56,9 +55,7 @@ TRIALS = 10  # of a class
 
 
 def carry_out(case: Case, one: Class, most: int, there: Database) -> None:
-    """The first runs of a pool that are not there yet, then spare ones where some clog or throw a
-    grain off.
-    """
+    """The first runs of a pool that are not there yet, then spare ones where some clog."""
     found = ex.experiments(case, case.observables)
     counts, before = [most] * len(found), [0] * len(found)
     while counts != before:
@@ -120,9 +117,7 @@ def main() -> None:
 def judged_trials(
     case: Case, everything: Sequence[Class], pools: Database, database: Database
 ) -> list[Trial]:
-    """All trials; a class whose pool is too small, as most of its runs clog, is left out and said
-    so.
-    """
+    """All trials; a class whose pool is too small is left out and said so."""
     whole, trials = library(case, database), []
     found = ex.experiments(case, case.observables)
     for index, one in enumerate(everything):

@@ -1,10 +1,11 @@
-"""A laboratory with a secret: YADE runs in which an effect is hidden, sealed, and the score of the
-diagnosis afterwards.
+"""A laboratory with a secret: YADE runs in which an effect is hidden, and the score afterwards.
 
-    python -m tests.campaigns.hidden.laboratory make FOLDER [--hide NAME] [--seed N]   draw a truth, publish its
-    hash, run it, write the lab file calibrator diagnose FOLDER/case.toml
-    sees the lab file only python -m tests.campaigns.hidden.laboratory score FOLDER                           open
-    the seal and compare
+    python -m tests.campaigns.hidden.laboratory make FOLDER [--hide NAME] [--seed N]
+    calibrator diagnose FOLDER/case.toml
+    python -m tests.campaigns.hidden.laboratory score FOLDER
+
+The first draws a truth, publishes its hash, runs it and writes the lab file, which is all that the
+second sees; the third opens the seal and compares.
 
 NAME is a column of the library, "none", "soft_grains", "fast_lift" or "vibration" (outside the
 library); without it, it is drawn. So is the seed of the truth unless N is given: whoever knows N
@@ -60,8 +61,9 @@ LAB_SEED, SEED_STRIDE, SEEDS = 900_000_000, 10_000, 20_000
 
 
 def truth_of(case: Case, hidden: dict[str, float], rng: np.random.Generator) -> dict[str, Any]:
-    """A truth: parameters from the inner part of the box, and what is hidden (amplitudes by column,
-    or an outside effect).
+    """A truth: parameters from the inner part of the box, and what is hidden.
+
+    hidden : amplitudes by column, or an outside effect
     """
     unit = rng.uniform(0.2, 0.8, len(case.problem.names))
     return {
@@ -124,8 +126,9 @@ def laboratory_requests(
 
 
 def finer_fraction(case: Case, experiment: ex.Experiment) -> float:
-    """Fraction of the laboratory's Rayleigh time that is FINER times the step of the model, whose
-    grains are softer.
+    """Fraction of the laboratory's Rayleigh time that is FINER times the step of the model.
+
+    The model's grains are softer.
     """
     centre = ex.point(case, np.full(len(case.problem.names), 0.5))
     asked = ex.request(case, experiment, centre, 1)
@@ -147,8 +150,9 @@ def metrology(nuisances: Sequence[Nuisance], rng: np.random.Generator) -> dict[s
 
 
 def small_effects(nuisances: Sequence[Nuisance], draws: dict[str, float]) -> dict[str, float]:
-    """Columns of the nuisances that are a small effect of either sign; the spread of sizes is
-    JITTER in every laboratory.
+    """Columns of the nuisances that are a small effect of either sign.
+
+    The spread of sizes is JITTER in every laboratory.
     """
     return {
         n.effect: n.error * draws[n.name]
@@ -163,9 +167,7 @@ def read_off(
     nuisances: Sequence[Nuisance],
     draws: dict[str, float],
 ) -> list[Observable]:
-    """The observables as the laboratory reports them, from runs: values (replicates, n), with the
-    errors of reading.
-    """
+    """What the laboratory reports of runs (replicates, n), with its errors of reading."""
     mean, scatter = values.mean(axis=0), values.std(axis=0, ddof=1)
     reported = []
     for one, m, s in zip(observables, mean, scatter, strict=True):

@@ -195,9 +195,7 @@ def amplitudes(trials: Sequence[Trial]) -> list[dict[str, Any]]:
 
 
 def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
-    """What each effect must be to be seen and named, at the centre of the box, beside the strong
-    amplitude of the classes.
-    """
+    """What each effect must be to be seen and named, at the centre of the box."""
     centre, none = np.full(judged.surfaces.dimensions, 0.5), np.zeros(len(judged.effects))
     values = judged.surfaces.mean(centre, none)[0]
     ordered = ex.in_order(case.observables, ex.experiments(case, case.observables))

@@ -27,8 +27,9 @@ from tests.campaigns.hidden.truths import Class, true_size
 
 @dataclass(frozen=True)
 class Trial:
-    """What was hidden (size: amplitude of a single effect) in which pool, what was said, and by how
-    much the gap closed.
+    """What was hidden in which pool, what was said, and by how much the gap closed.
+
+    size : amplitude of a single effect
 
     best_chi2, naive, bic : names by simpler rules: the effect of lowest chi2 after a refit, the
     same only where chi2 rejects the model at 5 %, and the one that lowers the Bayesian information
@@ -81,9 +82,7 @@ def library(case: Case, database: Database, withheld: str = "") -> Judged:
 def measurements(
     case: Case, pool: list[np.ndarray], judged: Judged, rng: np.random.Generator
 ) -> Measured:
-    """One laboratory: replicates of every experiment from its pool (runs, n), and errors of
-    metrology.
-    """
+    """One laboratory: replicates from the pool (runs, n) and errors of metrology."""
     found = ex.experiments(case, case.observables)
     ordered = ex.in_order(case.observables, found)
     values = np.hstack([own[rng.choice(len(own), REPLICATES, replace=False)] for own in pool])
@@ -152,9 +151,7 @@ def closed(
     single: Sequence[Explanation],
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Closed share of the gap on data used and held out, by the named effect, the runner-up and a
-    ghost.
-    """
+    """Closed share of the gap, used and held out, by the named effect, the next and a ghost."""
     rank = sorted(single, key=lambda fit: fit.chi2)
     runner_up = next(fit for fit in rank if fit.effects != best.effects)
     models, found = {"none": none, "best": best, "next": runner_up}, {}

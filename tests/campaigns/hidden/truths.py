@@ -1,4 +1,4 @@
-"""The truths of the campaign: nothing hidden, every effect at three strengths, what is outside, pairs."""
+"""The truths of the campaign: nothing, every effect at three strengths, what is outside, pairs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -116,9 +116,7 @@ def _outside_and_pairs(
 
 
 def true_size(case: Case, one: Class) -> float:
-    """Amplitude of the hidden effect in plausible scales; nan where it is not exactly one of the
-    library.
-    """
+    """Amplitude of the hidden effect in plausible scales; nan unless exactly one is hidden."""
     sizes = [
         (value, e)
         for name, value in one.truth["hidden"].items()

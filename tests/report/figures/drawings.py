@@ -13,8 +13,8 @@ TIME = np.linspace(0, 1, 30)
 def some_slice(label="rolling friction", **changes):
     runs = RNG.random(6)
     given = dict(
-        label=label, chosen=0.2, positions=AT, mean=30 + AT, std=np.full(21, 0.5), runs_at=0.1 + 0.3 * runs,
-        runs_mean=30 + runs, runs_error=np.full(6, 0.1), nearness=runs,
+        label=label, chosen=0.2, positions=AT, mean=30 + AT, std=np.full(21, 0.5),
+        runs_at=0.1 + 0.3 * runs, runs_mean=30 + runs, runs_error=np.full(6, 0.1), nearness=runs,
     )  # fmt: skip
     return calibration.Slice(**{**given, **changes})
 

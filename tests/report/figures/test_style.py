@@ -1,5 +1,6 @@
 """Figures: what they draw, that they keep no state, and that nothing empty or broken is drawn."""
 
+import itertools
 import sys
 
 import matplotlib
@@ -45,7 +46,7 @@ def test_no_text_of_a_figure_lies_on_another_one(name):
                 if low <= t.get_loc() <= high and t.label1.get_visible()
             ]
             boxes = [label.get_window_extent(renderer) for label in ticks]
-            assert not any(a.overlaps(b) for a, b in zip(boxes, boxes[1:], strict=False)), (
+            assert not any(a.overlaps(b) for a, b in itertools.pairwise(boxes)), (
                 f"{name}: {ax.get_title(loc='left')}"
             )
     boxes = [ax.get_tightbbox(renderer) for ax in figure.axes]
