@@ -19,7 +19,7 @@ from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import PARAMETERS, SCRIPTS, SETUPS
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
-from calibrator.plan import forecast
+from calibrator.plan.forecast import forecast
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import proposed
 from calibrator.runs import workspace
@@ -28,7 +28,7 @@ from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, cell, write_table
-from calibrator.verification.verify import verification_requests
+from calibrator.search.outcome import current_calibration
 from tests.campaigns.bad_input.rules import only_data, safe_table
 from tests.conftest import LAB
 
@@ -167,7 +167,7 @@ def test_code_in_the_words_about_a_case_stays_words(write_case, tmp_path, spells
         space = workspace.Workspace(
             read_case(write_case(("measured", about), ("sets = 14", "sets = 2"))), tmp_path / "toy"
         )
-        forecast.plan(space)
+        forecast(space)
         safe_table(space.path / "plan" / "hourglass.table")
         assert len(evaluate_and_shell(space.path / "plan" / "hourglass.table")) == 4
 
@@ -249,7 +249,7 @@ def test_candidates_that_somebody_put_into_the_summary_are_refused(write_case, t
         }
         (space.path / "summary.json").write_text(json.dumps(summary))
         with pytest.raises(CalibratorError, match=r"summary.json is damaged"):
-            verification_requests(space)
+            current_calibration(space)
 
 
 @pytest.mark.parametrize("results", NASTY)

@@ -37,7 +37,7 @@ from benchmarks.common import (
 )
 from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import SCHEMA
-from calibrator.plan import forecast
+from calibrator.plan.forecast import forecast
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect
 from calibrator.report.page import write_report
@@ -146,7 +146,7 @@ def steps(path: Path, count: int) -> dict[str, Callable[[], Any]]:
         "read database": partial(Database.read, path / "database.csv"),
         "find in database": partial(database.find, requests),
         "table of responses": partial(response_table, paper_problem(), records, RESPONSES),
-        "verb plan": partial(forecast.plan, space),
+        "verb plan": partial(forecast, space),
         "verb collect": partial(collect, space),
         "verb report": partial(write_report, space),
     }

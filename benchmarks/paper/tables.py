@@ -69,8 +69,8 @@ def verified(sources: Sources, verb: str) -> dict[str, dict[str, Any]]:
 def cell(row: dict[str, Any] | None) -> str:
     """Simulated mean with its standard error and its relative error."""
     return (
-        "no good run"
-        if row is None
+        "not measured"
+        if row is None or row["simulated"] is None
         else f"{with_error(row['simulated'], row['standard_error'])} ({row['relative_error']:+.1%})"
     )
 
@@ -93,7 +93,9 @@ def table7_block(sources: Sources) -> str:
             ]
         )
     cells = [f"{paper['individual'][x]['verified']['o1']:.4f}" for x in LETTERS]
-    rows.append(["O1", *cells, *(f"{o['o1']:.4f}" for o in ours.values())])
+    rows.append(
+        ["O1", *cells, *("–" if o["o1"] is None else f"{o['o1']:.4f}" for o in ours.values())]
+    )
     runs = [", ".join(f"{n} {k}" for k, n in o["statuses"].items()) for o in ours.values()]
     rows.append(["runs", *(["1"] * 4), *runs])
     noise = sources.summary["calibrate"]["seed_noise"]

@@ -5,7 +5,8 @@ import pytest
 from calibrator.case.toml import read_case
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
-from calibrator.plan import forecast
+from calibrator.plan.forecast import forecast
+from calibrator.plan.outcome import Forecast
 from calibrator.runs import workspace
 
 
@@ -47,8 +48,8 @@ def test_a_damaged_summary_is_one_line_for_every_verb(write_case, tmp_path, caps
 
 def test_a_summary_edited_by_hand_is_not_believed(write_case, tmp_path):
     space = workspace.Workspace(read_case(write_case(("sets = 14", "sets = 2"))), tmp_path / "toy")
-    forecast.plan(space)
-    assert space.outcome("plan")["runs"] == 4
+    forecast(space)
+    assert space.outcome("plan", Forecast).runs == 4
     path = space.path / "summary.json"
     path.write_text(path.read_text().replace('"runs": 4', '"runs": 5', 1))
     with pytest.raises(CalibratorError, match="edited"):

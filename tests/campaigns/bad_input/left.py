@@ -19,7 +19,7 @@ from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.record import read_record
 from calibrator.runs.request import Request, write_table
-from calibrator.verification.verify import verification_requests
+from calibrator.search.outcome import current_calibration
 from tests.campaigns.bad_input.damage import damaged_bytes, damaged_json
 from tests.campaigns.bad_input.rules import Kind, ask, registry, require, safe_table, texts
 from tests.campaigns.bad_input.yard import Yard
@@ -109,8 +109,8 @@ def summary(yard: Yard, data: bytes) -> None:
             {**found, "seal": yard.summary["seal"]} == yard.summary,
             "an edited summary was believed",
         )
-    requests = ask(lambda: verification_requests(yard.space))
-    require((requests is None) == (found is None), "a summary was half believed")
+    calibration = ask(lambda: current_calibration(yard.space))
+    require((calibration is None) == (found is None), "a summary was half believed")
 
 
 def good_failures(yard: Yard) -> dict[str, Any]:

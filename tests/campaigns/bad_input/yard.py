@@ -8,7 +8,7 @@ from pathlib import Path
 
 from calibrator.case.toml import read_case
 from calibrator.files import parse_json
-from calibrator.plan import forecast
+from calibrator.plan.forecast import forecast
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect
 from calibrator.runs import workspace
@@ -117,12 +117,8 @@ class Yard:
         shutil.copy(self.grid / "runs.csv", self.cases)
         self._set_traps()
         self.space = workspace.Workspace(self.case, path / "results" / "toy")
-        for verb in (forecast.plan, collect, calibrate):
+        for verb in (forecast, collect, calibrate):
             verb(self.space)
-        whole = self.space.outcome("calibrate")  # of which a small part will do
-        self.space.note(
-            "calibrate", {k: whole[k] for k in ("candidates", "seed_noise", "statuses", "failed")}
-        )
         self.summary = parse_json((self.space.path / "summary.json").read_text())
         (self.space.path / "records").mkdir()
 
