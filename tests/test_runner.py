@@ -3,18 +3,14 @@
 import json
 import os
 import shutil
-import signal
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
 
 import pytest
-from conftest import processes_in
 
 from calibrator.errors import CalibratorError
-from calibrator.runs import batch, cost, failures, folder, local
+from calibrator.runs import batch, failures, local
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run
 from calibrator.runs.request import Request
@@ -37,23 +33,6 @@ def calls(folder):
     return (folder.path / "calls.txt").read_text().split()
 
 
-def test_every_request_gets_a_record_and_a_second_call_runs_nothing(tmp_path, fake_yade):
-    folder = folder_with(tmp_path)
-    records = run(folder, requests(), jobs=1)
-    assert [r.status for r in records] == ["ok"] * 4 and len(calls(folder)) == 4
-    assert run(folder, requests(), jobs=1) == records and len(calls(folder)) == 4
-
-
-def test_a_crash_is_tried_once_more_and_kept_with_its_reason(tmp_path, fake_yade):
-    folder = folder_with(tmp_path, **{"2": "crash"})
-    records = run(folder, requests(), jobs=1)
-    assert [r.status for r in records] == ["ok", "ok", "crash", "ok"]
-    assert "fake crash" in records[2].error and records[2].responses == {}
-    assert calls(folder).count(requests()[2].run_id) == 2
-    run(folder, requests(), jobs=1)
-    assert calls(folder).count(requests()[2].run_id) == 2  # and not for ever
-
-
 def test_a_segfault_is_a_crash_however_it_was_reported(tmp_path, fake_yade):
     folder = folder_with(tmp_path, **{"1": "segfault"})
     records = run(folder, requests(2), jobs=1)
@@ -72,72 +51,11 @@ def test_a_segfault_is_a_crash_however_it_was_reported(tmp_path, fake_yade):
         assert failures.exit_code(tmp_path / "log") == code
 
 
-@pytest.mark.parametrize("behaviour", ["lie", "half", "nothing"])
-def test_a_run_without_a_believable_record_is_lost_not_trusted(tmp_path, fake_yade, behaviour):
-    folder = folder_with(tmp_path, **{"1": behaviour})
-    records = run(folder, requests(2), jobs=1)
-    assert [r.status for r in records] == ["ok", "lost"] and records[1].responses == {}
-    assert calls(folder).count(requests(2)[1].run_id) == 2
-
-
-def test_a_hanging_run_ends_at_its_time_limit(tmp_path, fake_yade, monkeypatch):
-    folder = folder_with(tmp_path, **{"0": "hang"})
-    environment = local.clean_environment
-    monkeypatch.setattr(local, "clean_environment", lambda limit: environment(1.0))
-    records = run(folder, requests(2), jobs=1, attempts=1)
-    assert [r.status for r in records] == ["timeout", "ok"]
-
-
-def test_a_clogged_run_keeps_its_density_and_is_not_retried(tmp_path, fake_yade):
-    folder = folder_with(tmp_path, **{"0": "clog"})
-    (record,) = run(folder, requests(1), jobs=1)
-    assert (
-        record.status == "clogged"
-        and set(record.responses) == {"bulk_density"}
-        and len(calls(folder)) == 1
-    )
-
-
-def test_a_record_damaged_later_is_run_again(tmp_path, fake_yade):
-    folder = folder_with(tmp_path)
-    run(folder, requests(2), jobs=1)
-    folder.record(requests(2)[0]).write_text("{")
-    assert [r.status for r in run(folder, requests(2), jobs=1)] == ["ok", "ok"] and len(
-        calls(folder)
-    ) == 3
-
-
 def test_yade_inherits_nothing_but_what_it_needs(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", "/nowhere")
     monkeypatch.setenv("OMP_NUM_THREADS", "64")
     environment = local.clean_environment(60)
     assert "PYTHONPATH" not in environment and environment["OMP_NUM_THREADS"] == "1"
-
-
-def test_a_missing_yade_is_said_with_the_remedy(tmp_path, monkeypatch):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(CalibratorError, match="make yade"):
-        run(folder_with(tmp_path), requests(1))
-
-
-def test_a_record_that_arrives_while_the_batch_is_put_together_is_kept(
-    tmp_path, fake_yade, monkeypatch
-):
-    """From a run that outlived its driver: it was not there when the driver looked for what is to
-    be done.
-    """
-    folder, (late, other) = folder_with(tmp_path), requests(2)
-    run(folder, [late], jobs=1)
-    record, predict = folder.record(late).read_bytes(), cost.core_seconds
-    folder.record(late).unlink()
-
-    def arriving(*given):
-        folder.record(late).write_bytes(record)
-        return predict(*given)
-
-    monkeypatch.setattr(local, "core_seconds", arriving)
-    assert [r.status for r in run(folder, [late, other], jobs=1)] == ["ok", "ok"]
-    assert folder.record(late).read_bytes() == record and calls(folder).count(late.run_id) == 1
 
 
 def put(program, text):
@@ -172,28 +90,6 @@ def test_that_yade_could_not_be_started_is_no_failure_of_the_runs(
     assert [r.status for r in run(folder, requests(), jobs=1)] == ["ok"] * 4
 
 
-@pytest.mark.parametrize("name", folder.FOLDERS)
-def test_a_folder_without_room_is_found_before_a_run_is_made_in_vain(tmp_path, fake_yade, name):
-    folder = folder_with(tmp_path)
-    # where root writes whatever the permissions are
-    (folder.path / name / "room").mkdir(parents=True)
-    with pytest.raises(OSError, match="room"):
-        run(folder, requests(), jobs=1)
-    assert not (folder.path / "calls.txt").exists()
-
-
-def test_a_disk_that_fills_up_in_mid_run_is_not_blamed_on_the_runs(
-    tmp_path, fake_yade, monkeypatch
-):
-    folder, asked = folder_with(tmp_path, all="nothing"), []
-    monkeypatch.setattr(
-        RunFolder, "check_room", lambda self: (asked.append(1), 1 / (2 - len(asked)))[0]
-    )
-    with pytest.raises(ZeroDivisionError):  # the second time: after the batch
-        run(folder, requests(), jobs=1)
-    assert len(calls(folder)) == 4 and folder.failures() == {}
-
-
 def test_a_second_driver_waits_for_the_first_and_says_so(tmp_path, caplog):
     folder, order = RunFolder(tmp_path / "runs"), []
 
@@ -222,46 +118,11 @@ def test_a_table_edited_after_its_line_was_locked_gives_yade_the_line_as_it_was(
     assert [p.read_text() for p in folder.path.glob("batches/*.table")] == [""]
 
 
-def start_driver(folder, count):
-    code = (
-        # a shell's background job ignores it
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);from"
-        " calibrator.runs.folder import RunFolder; from calibrator.runs.local import run; from calibrator.runs.request import Request; from"
-        f" pathlib import Path;run(RunFolder(Path({str(folder.path)!r})), [Request.of('hourglass',"
-        f" seed=s) for s in range({count})], jobs=1)"
-    )
-    return subprocess.Popen([sys.executable, "-c", code], cwd=REPO, start_new_session=True)
-
-
 def wait_for(condition, seconds=30):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.05)
-
-
-def test_after_kill_9_of_the_driver_the_same_call_finishes_and_repeats_no_finished_run(
-    tmp_path, fake_yade
-):
-    folder = folder_with(tmp_path, duration=0.3)
-    driver = start_driver(folder, 6)
-    wait_for(lambda: len(list(folder.path.glob("records/*.json"))) >= 2)
-    driver.send_signal(signal.SIGKILL)
-    driver.wait()
-    finished = {p.stem for p in folder.path.glob("records/*.json")}
-    wait_for(lambda: not processes_in(folder.path))
-    records = run(folder, requests(6), jobs=1)
-    assert [r.status for r in records] == ["ok"] * 6
-    assert all(calls(folder).count(run_id) == 1 for run_id in finished)
-
-
-def test_an_interrupt_leaves_no_process_behind(tmp_path, fake_yade):
-    folder = folder_with(tmp_path, **{"0": "hang"})
-    driver = start_driver(folder, 2)
-    wait_for(lambda: (folder.path / "calls.txt").exists())
-    driver.send_signal(signal.SIGINT)
-    driver.wait(20)
-    wait_for(lambda: not processes_in(folder.path), 10)
 
 
 def test_gathering_unknown_requests_finds_nothing(tmp_path):
