@@ -12,13 +12,13 @@ from calibrator.case.vocabulary import SETUPS
 from calibrator.diagnosis.experiments import unmeasured
 from calibrator.plan.requests import design_points, plan_requests
 from calibrator.responses.objectives import OBJECTIVES
-from calibrator.runs.local import yade_batch_command
-from calibrator.runs.request import Request
+from calibrator.runs.engines import ENGINES
+from calibrator.runs.setups import geometry_warnings
 from calibrator.runs.workspace import Workspace
 
 
 def check_case(space: Workspace) -> dict[str, Any]:
-    """Everything that can be wrong before a run is made: time steps, narrow necks, a missing YADE."""
+    """Everything that can be wrong before a run: time steps, geometry, a missing YADE."""
     case, warnings = space.case, []
     for name in case.search.objectives:
         known(name, OBJECTIVES, "objective")
@@ -26,7 +26,7 @@ def check_case(space: Workspace) -> dict[str, Any]:
     for setup in SETUPS:
         probe = next((r for r in requests if r.setup == setup), None)
         if probe is not None:
-            warnings += _geometry_warnings(probe)
+            warnings += geometry_warnings(probe)
     columns = case.problem.columns(design_points(case))
     fraction, fixed_step = (
         float(np.max(columns["rayleigh_fraction"])),
@@ -41,7 +41,7 @@ def check_case(space: Workspace) -> dict[str, Any]:
             f" {step / shortest:.0%} of the Rayleigh time: set rayleigh_fraction = 0.2 (or a"
             " smaller time_step) under [fixed]"
         )
-    yade_batch_command()
+    ENGINES[space.engine](case).require()
     warnings += unmeasured(case)
     return space.note(
         "check",
@@ -51,14 +51,3 @@ def check_case(space: Workspace) -> dict[str, Any]:
             "warnings": warnings,
         },
     )
-
-
-def _geometry_warnings(request: Request) -> list[str]:
-    p = request.parameters
-    if request.setup != "hourglass":
-        return []
-    ratio = float(p["neck_diameter"]) / (2 * float(p["particle_radius"]))
-    return [
-        f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it or"
-        " expect clogged runs"
-    ] * (ratio < 6)

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from calibrator.errors import CalibratorError
 from calibrator.report.figures import calibration, grains, style
-from calibrator.report.figures.runs import Deviation, mass_time, profiles, verification
+from calibrator.report.figures.runs import Deviation, run_curves, verification
+from calibrator.runs.setups import HOURGLASS, LEDGE
 
 RNG = np.random.default_rng(7)
 AT = np.linspace(0.1, 0.4, 21)
@@ -73,8 +74,8 @@ FIGURES = {
     "sensitivity": lambda: calibration.sensitivity(
         {"alone": (RNG.random((2, 3)), np.full((2, 3), 0.1))}, ["x", "y"], ["a", "b", "c"]
     ),
-    "mass_time": lambda: mass_time(CURVES),
-    "profiles": lambda: profiles(CURVES, "ledge"),
+    "mass_time": lambda: run_curves(CURVES, HOURGLASS.history),
+    "profiles": lambda: run_curves(CURVES, LEDGE.profile),
     "verification": lambda: verification(ROWS),
 }
 
@@ -141,9 +142,9 @@ EMPTY = {
         np.ones((9, 1)), np.array([[0.0], [1.0]]), ["a"], np.zeros(1)
     ),
     "sensitivity": lambda: calibration.sensitivity({}, [], ["a"]),
-    "mass_time": lambda: mass_time({}),
-    "mass_time without runs": lambda: mass_time({"compromise": []}),
-    "profiles": lambda: profiles({}, "ledge"),
+    "mass_time": lambda: run_curves({}, HOURGLASS.history),
+    "mass_time without runs": lambda: run_curves({"compromise": []}, HOURGLASS.history),
+    "profiles": lambda: run_curves({}, LEDGE.profile),
     "verification": lambda: verification([]),
 }
 
@@ -160,7 +161,7 @@ def test_an_empty_figure_is_refused_with_a_remedy(name):
         lambda: grains.packing([grains.Scene("filled", np.full((2, 3), np.nan))], 1e-3),
         lambda: calibration.slices([some_slice(mean=np.full(21, np.inf))], "angle [°]", 30, 1),
         lambda: calibration.generational_distance([np.array([1.0, np.nan])]),
-        lambda: mass_time({"compromise": [(TIME, TIME * np.nan)]}),
+        lambda: run_curves({"compromise": [(TIME, TIME * np.nan)]}, HOURGLASS.history),
         lambda: verification([Deviation("compromise", "angle", np.nan, 0.0, None, 0.1)]),
     ],
 )
