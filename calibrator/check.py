@@ -13,8 +13,8 @@ from calibrator.case.vocabulary import SETUPS
 from calibrator.diagnosis.experiments import unmeasured
 from calibrator.plan.requests import design_points, plan_requests
 from calibrator.responses.objectives import OBJECTIVES
-from calibrator.runs.local import yade_batch_command
-from calibrator.runs.request import Request
+from calibrator.runs.engines import ENGINES
+from calibrator.runs.setups import geometry_warnings
 from calibrator.runs.workspace import Workspace
 
 
@@ -43,9 +43,9 @@ def check_case(space: Workspace) -> Checked:
         known(name, OBJECTIVES, "objective")
     requests = plan_requests(case)
     probes = [next((r for r in requests if r.setup == setup), None) for setup in SETUPS]
-    warnings = [w for probe in probes if probe is not None for w in _geometry_warnings(probe)]
+    warnings = [w for probe in probes if probe is not None for w in geometry_warnings(probe)]
     warnings += _step_warnings(case)
-    yade_batch_command()
+    ENGINES[space.engine](case).require()
     warnings += unmeasured(case)
     targets = tuple(t.key for t in case.problem.targets)
     return space.note("check", Checked(len(requests), targets, tuple(warnings)))
@@ -66,14 +66,3 @@ def _step_warnings(case: Case) -> list[str]:
             " smaller time_step) under [fixed]"
         )
     return warnings
-
-
-def _geometry_warnings(request: Request) -> list[str]:
-    p = request.parameters
-    if request.setup != "hourglass":
-        return []
-    ratio = float(p["neck_diameter"]) / (2 * float(p["particle_radius"]))
-    return [
-        f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it or"
-        " expect clogged runs"
-    ] * (ratio < 6)

@@ -9,6 +9,7 @@ import pytest
 
 from calibrator.case.toml import read_case
 from calibrator.runs import workspace
+from tests.slurm_cluster import slurm  # noqa: F401 - a fixture for all tests
 
 FAKE = Path(__file__).with_name("fake_yade.py")
 
@@ -63,13 +64,13 @@ def processes_in(folder):
     return found
 
 
-def programs(folder, **calls):
-    """Make programs that call a function of fake_yade: {name: call}; returns their folder."""
+def programs(folder, fake=FAKE, **calls):
+    """Make programs that call a function of a fake YADE: {name: call}; returns their folder."""
     folder.mkdir()
     for name, call in calls.items():
         program = folder / name
         program.write_text(
-            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(FAKE.parent)!r})\nimport"
+            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(fake.parent)!r})\nimport"
             f" fake_yade\nfake_yade.{call}\n"
         )
         program.chmod(0o755)

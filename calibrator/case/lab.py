@@ -220,7 +220,7 @@ def _nuisance(where: str, row: dict[str, str], observables: list[Observable]) ->
             raise CalibratorError(
                 f"{where}: {found.observables} is the key of no row in the lab file; correct it"
             )
-    if found.unit != "%" and units != {found.unit} or found.unit == "%" and found.effect:
+    if (found.unit != "%" and units != {found.unit}) or (found.unit == "%" and found.effect):
         raise CalibratorError(
             f"{where}: unit {found.unit!r}; the error has to be in {' and in '.join(sorted(units))}"
         )

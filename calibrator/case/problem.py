@@ -47,11 +47,8 @@ def is_number(value: Any) -> bool:
 
     True and False are not, though Python counts them as integers.
     """
-    return (
-        isinstance(value, int)
-        and not isinstance(value, bool)
-        or isinstance(value, float)
-        and math.isfinite(value)
+    return (isinstance(value, int) and not isinstance(value, bool)) or (
+        isinstance(value, float) and math.isfinite(value)
     )
 
 

@@ -19,6 +19,7 @@ from calibrator.report.html import Album, mark, note, section, table
 from calibrator.report.words import heading, number, percent, short, with_error, words
 from calibrator.runs.folder import gather
 from calibrator.runs.record import Record
+from calibrator.runs.setups import SETUP_ENTRIES, Curve, numbers
 from calibrator.verification.outcome import Comparison, Verdict
 from calibrator.verification.verify import probe_request
 
@@ -42,13 +43,10 @@ def _picture(findings: Findings, album: Album, setup: str) -> str:
         verb = "verify" if setup in findings.space.case.problem.calibration_setups else "validate"
         return missing(findings, f"The picture of the {words(setup)}", verb)
     record, arrays = found
-    p = {
-        name: float(value)
-        for name, value in record.request.parameters.items()
-        if not isinstance(value, str)
-    }
+    p = numbers(record.request)
     values = ", ".join(f"{words(n)} {number(p[n], 3)}" for n in findings.space.case.problem.names)
-    view = "; the grains in front of the axis are cut away" if setup == "hourglass" else ""
+    cut = SETUP_ENTRIES[setup].cut
+    view = "; the grains in front of the axis are cut away" if cut else ""
     caption = (
         f"{words(setup).capitalize()} in YADE: {len(arrays['filled'])} grains filled,"
         f" {len(arrays['final'])} at rest after the release{view}. Red: the scanned surface (mean)."
@@ -58,7 +56,7 @@ def _picture(findings: Findings, album: Album, setup: str) -> str:
     return album.figure(
         f"packing_{setup}",
         caption,
-        lambda: grains.packing(moments, p["particle_radius"], setup == "hourglass"),
+        lambda: grains.packing(moments, p["particle_radius"], cut),
     )
 
 
@@ -186,7 +184,11 @@ def validation(findings: Findings, album: Album) -> str:
         "verdict",
     ]
     own = _by_setup(findings, findings.validated)
-    figures = [_profiles(findings, album, setup, runs) for setup, runs in own.items()]
+    figures = [
+        _drawn(album, setup, runs, curve)
+        for setup, runs in own.items()
+        if (curve := SETUP_ENTRIES[setup].profile)
+    ]
     caption = "Validation: the candidates predict measurements that were not used"
     return section("Validation", table(caption, head, rows, 3), *figures)
 
@@ -224,39 +226,29 @@ def _run_curves(findings: Findings, album: Album) -> str:
         for label in findings.candidates
         if label in findings.verified
     }
-    parts = []
-    for setup, runs in _by_setup(findings, ordered).items():
-        curves = _pairs(runs, "time", "passed_mass")
-        if curves:
-            caption = (
-                f"Mass that has passed the neck of the {words(setup)}, every verification run."
-            )
-            parts.append(
-                album.figure(
-                    f"mass_time_{setup}", caption, functools.partial(figures.mass_time, curves)
-                )
-            )
-        parts.append(_profiles(findings, album, setup, runs))
+    parts = [
+        _drawn(album, setup, runs, curve)
+        for setup, runs in _by_setup(findings, ordered).items()
+        for curve in SETUP_ENTRIES[setup].curves
+        if curve is SETUP_ENTRIES[setup].profile or _pairs(runs, curve)
+    ]
     return "".join(parts) or note("The verification runs left no curves.")
 
 
-def _profiles(
-    findings: Findings,
-    album: Album,
-    setup: str,
-    runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]],
+def _drawn(
+    album: Album, setup: str, runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]], curve: Curve
 ) -> str:
-    across = "profile_x" if setup == "ledge" else "profile_radius"
-    curves = _pairs(runs, across, "profile_height")
-    caption = f"Scanned surface of the {words(setup)} at rest, every run."
-    return album.figure(f"profiles_{setup}", caption, lambda: figures.profiles(curves, setup))
+    """The figure of a curve; a sentence where the runs left none."""
+    caption, pairs = curve.caption.format(setup=words(setup)), _pairs(runs, curve)
+    draw = functools.partial(figures.run_curves, pairs, curve)
+    return album.figure(f"{curve.name}_{setup}", caption, draw)
 
 
 def _pairs(
-    runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]], across: str, up: str
+    runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]], curve: Curve
 ) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
     found = {
-        label: [(a[across], a[up]) for a in own if across in a and up in a]
+        label: [(a[curve.across], a[curve.up]) for a in own if {curve.across, curve.up} <= set(a)]
         for label, own in runs.items()
     }
     return {label: own for label, own in found.items() if own}

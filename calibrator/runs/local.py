@@ -10,20 +10,79 @@ import time
 from collections.abc import Callable, Sequence
 
 from calibrator.errors import CalibratorError
+from calibrator.runs import engine
 from calibrator.runs.batch import (
+    Batch,
     Progress,
     batch_arguments,
     clear,
-    notice,
-    pending_requests,
-    succeeded,
+    note_ended,
     time_limit,
 )
-from calibrator.runs.cost import core_seconds
-from calibrator.runs.failures import note_failures
-from calibrator.runs.folder import RunFolder, gather, log, refuse_link
+from calibrator.runs.folder import RunFolder, log, refuse_link
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, write_table
+
+
+class Local(engine.Engine):
+    """yade-batch on this machine, which ends with its driver.
+
+    Parameters
+    ----------
+    jobs : runs at a time; 0 takes every core that this process is allowed.
+    """
+
+    pause = 0.5
+    advice = ""
+
+    def __init__(self, jobs: int = 0) -> None:
+        self.cores = self.jobs = jobs or len(os.sched_getaffinity(0))
+        self.command: list[str] = []
+        self.process: subprocess.Popen[bytes] | None = None
+        self.batch: list[Request] = []
+
+    def require(self) -> None:
+        """Raise CalibratorError where YADE, or what yade-batch is called with, is missing."""
+        self.command = yade_batch_command()
+
+    def submit(self, folder: RunFolder, batch: Batch) -> None:
+        """Start yade-batch over one table of all runs."""
+        self.batch = batch.requests
+        self.advice = (
+            f"yade-batch ended early (the end of {folder.path}/logs/yade-batch.log says why), or"
+            " records were damaged meanwhile; run the same command again"
+        )
+        clear(folder, self.batch)
+        name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
+        write_table(folder.path / name, self.batch)
+        limit = time_limit(batch.cost, batch.patience(self.batch))
+        arguments = batch_arguments(name, self.batch, self.jobs)
+        with open(refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
+            self.process = subprocess.Popen(
+                [*self.command, *arguments],
+                cwd=folder.path,
+                env=clean_environment(limit),
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    def poll(self, folder: RunFolder, requests: Sequence[Request]) -> bool:
+        """Whether yade-batch is at work; notes what became of its runs once it has ended."""
+        if self.process is None:
+            return False
+        if self.process.poll() is None:
+            return True
+        self.end()
+        note_ended(folder, self.batch)
+        return False
+
+    def end(self) -> None:
+        """End yade-batch and every YADE below it: by itself it would leave them running."""
+        if self.process is not None:
+            _kill_group(self.process)
+        self.process = None
 
 
 def run(
@@ -33,112 +92,14 @@ def run(
     attempts: int = 2,
     report: Callable[[Progress], None] = lambda progress: None,
 ) -> list[Record]:
-    """Carry out the requests that have no good record yet, longest first, retrying by failure kind.
-
-    Returns the finished runs. Whatever is interrupted, calling again goes on from the records that
-    exist. Raises CalibratorError if YADE is missing or yade-batch ends early, OSError where the
-    disk is full or read-only.
-    """
-    folder.prepare()
-    for attempt in range(attempts):
-        pending = pending_requests(folder, requests, attempts)
-        if not pending:
-            break
-        command = yade_batch_command()
-        predicted = core_seconds(pending, gather(folder, requests))
-        cost = dict(zip((r.run_id for r in pending), predicted, strict=True))
-        pending.sort(key=lambda r: -cost[r.run_id])
-        _run_batch(
-            folder,
-            pending,
-            cost,
-            command,
-            jobs or len(os.sched_getaffinity(0)),
-            2.0**attempt,
-            report,
-        )
-    records = gather(folder, requests)
-    if len(records) < len(requests):
-        raise CalibratorError(
-            f"{len(requests) - len(records)} runs are still to be done: yade-batch ended early (the"
-            f" end of {folder.path}/logs/yade-batch.log says why), or records were damaged"
-            " meanwhile; run the same command again"
-        )
-    return records
-
-
-def _run_batch(
-    folder: RunFolder,
-    batch: list[Request],
-    cost: dict[str, float],
-    command: list[str],
-    jobs: int,
-    patience: float,
-    report: Callable[[Progress], None],
-) -> None:
-    folder.check_room()
-    clear(folder, batch)
-    name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
-    write_table(folder.path / name, batch)
-    limit = time_limit(cost, patience)
-    arguments = batch_arguments(name, batch, jobs)
-    with open(refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
-        process = subprocess.Popen(
-            [*command, *arguments],
-            cwd=folder.path,
-            env=clean_environment(limit),
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
-        try:
-            _watch(process, folder, batch, cost, jobs, report)
-        finally:
-            _kill_group(process)
-    if not all(succeeded(folder, request) for request in batch):
-        folder.check_room()
-    note_failures(folder, batch)
-
-
-def _watch(
-    process: subprocess.Popen[bytes],
-    folder: RunFolder,
-    batch: list[Request],
-    cost: dict[str, float],
-    jobs: int,
-    report: Callable[[Progress], None],
-) -> None:
-    begin, finished, failed = time.monotonic(), set[str](), set[str]()
-    while True:
-        ended = process.poll() is not None
-        notice(folder, batch, finished, failed)
-        elapsed = time.monotonic() - begin
-        report(
-            Progress(
-                len(finished),
-                len(failed),
-                len(batch),
-                elapsed,
-                _time_left(cost, finished, elapsed, jobs),
-            )
-        )
-        if ended:
-            return
-        time.sleep(0.5)
-
-
-def _time_left(cost: dict[str, float], finished: set[str], elapsed: float, jobs: int) -> float:
-    total, spent = sum(cost.values()), sum(cost[i] for i in finished)
-    by_model = total / jobs - elapsed
-    by_rate = elapsed * (total - spent) / spent if spent > 0 else by_model
-    share = spent / total  # trust the measured rate more and more as runs finish
-    return max(0.0, share * by_rate + (1 - share) * by_model)
+    """Carry out requests on this machine; see `engine.run`."""
+    return engine.run(Local(jobs), folder, requests, attempts, report)
 
 
 def yade_batch_command() -> list[str]:
-    """How yade-batch is called: with its servers cut off from the network where that is possible,
-    and never orphaned.
+    """How yade-batch is called: never orphaned, and cut off from the network where possible.
+
+    Raises CalibratorError where it, or a program that it needs, is missing.
     """
     for program in ("yade-batch", "yade", "setpriv"):
         if shutil.which(program) is None:
@@ -180,7 +141,7 @@ def clean_environment(time_limit: float) -> dict[str, str]:
 
 
 def _kill_group(process: subprocess.Popen[bytes]) -> None:
-    """End yade-batch and every YADE below it; yade-batch itself would leave its children running."""
+    """End a process and all below it, which is a group of its own."""
     for sign in (signal.SIGTERM, signal.SIGKILL):
         try:
             os.killpg(process.pid, sign)

@@ -22,17 +22,10 @@ from pathlib import Path
 from calibrator.case.settings import Cluster
 from calibrator.errors import CalibratorError
 from calibrator.files import own_folder, parse_json, read_text, write_text
-from calibrator.runs.batch import (
-    Progress,
-    batch_arguments,
-    clear,
-    notice,
-    pending_requests,
-    time_limit,
-)
-from calibrator.runs.cost import core_seconds
-from calibrator.runs.failures import exit_code, failed_attempts, note_failures
-from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs import engine
+from calibrator.runs.batch import Batch, Progress, batch_arguments, clear, note_ended, time_limit
+from calibrator.runs.failures import exit_code
+from calibrator.runs.folder import RunFolder
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, write_table
 
@@ -42,6 +35,78 @@ QUEUE_TRIES = 12  # looks at a queue that does not answer before giving up
 Slices = list[list[Request]]
 
 
+class Slurm(engine.Engine):
+    """A cluster: its jobs outlive their driver, and the next one finds them by name.
+
+    Parameters
+    ----------
+    options : what SLURM is asked for.
+    """
+
+    cores = None
+    advice = ""
+
+    def __init__(self, options: Cluster) -> None:
+        self.options = options
+        self.absent_since: dict[Path, float] = {}
+
+    @property
+    def pause(self) -> float:
+        """Seconds between two looks at the queue."""
+        return POLL
+
+    def require(self) -> None:
+        """Raise CalibratorError where this is no machine to submit from."""
+        for program in ("sbatch", "squeue"):
+            if shutil.which(program) is None:
+                raise CalibratorError(
+                    f"{program} is not installed here: call this on a login node, or leave out"
+                    " --engine slurm"
+                )
+
+    def submit(self, folder: RunFolder, batch: Batch) -> None:
+        """Write the first options.most_tasks slices of a batch, then submit them as one array."""
+        options = self.options
+        slices = _slices(batch, 60 * options.slice_minutes)[: options.most_tasks]
+        name = f"calibrator-{time.strftime('%Y%m%d-%H%M%S')}-{uuid.uuid4().hex[:12]}"
+        path = own_folder(folder.path / "batches" / name)
+        self.advice = (
+            f"no run started, or records were damaged meanwhile; read {path}/*.out and correct"
+            " [cluster], then call again"
+        )
+        for index, own in enumerate(slices):
+            clear(folder, own)
+            limit = time_limit({r.run_id: batch.cost[r.run_id] for r in own}, batch.patience(own))
+            table = f"{index}.table"
+            write_table(path / table, own)
+            write_text(path / f"{index}.sh", _slice_script(f"batches/{name}/{table}", own, limit))
+        write_text(path / "job.sh", _job_script(name, options))
+        manifest = [[r.run_id for r in own] for own in slices]
+        write_text(path / "manifest.json", json.dumps(manifest) + "\n")
+        _sbatch(folder, path, len(slices), options)
+
+    def poll(self, folder: RunFolder, requests: Sequence[Request]) -> bool:
+        """Whether a batch with any of these runs is in flight; settles those that have ended.
+
+        The queue is asked before the record store: a run may finish in between, but it cannot
+        start.
+        """
+        batches = _open_batches(folder, {r.run_id: r for r in requests})
+        queued = _queued(batch.name for batch in batches) if batches else set()
+        for batch in [b for b in batches if b.name not in queued]:
+            now = time.monotonic()
+            absent = now - self.absent_since.setdefault(batch, now)
+            # A shared file system may show the last records later than the queue shows the end.
+            if absent >= self.options.grace or all(
+                _has_verdict(folder, r) for own in batches[batch] for r in own
+            ):
+                _settle(folder, batch, batches.pop(batch))
+        return bool(batches)
+
+    def end(self) -> None:
+        """Nothing: the jobs go on, and the next driver waits for them."""
+
+
 def run(
     folder: RunFolder,
     requests: Sequence[Request],
@@ -49,75 +114,22 @@ def run(
     attempts: int = 2,
     report: Callable[[Progress], None] = lambda progress: None,
 ) -> list[Record]:
-    """Carry out the requests that have no good record yet through SLURM; the contract is that of
-    `runner.run`.
+    """Carry out requests through SLURM; see `engine.run`.
 
-    The driver may die at any time: the jobs go on, and the next call waits for them before it
-    submits what is missing. Two drivers at once would submit the same runs: the caller holds
-    `RunFolder.alone`. Raises CalibratorError where SLURM is missing, does not answer or refuses a
-    submission, or where no run of one starts.
+    Raises CalibratorError also where SLURM does not answer or refuses a submission.
     """
-    for program in ("sbatch", "squeue"):
-        if shutil.which(program) is None:
-            raise CalibratorError(
-                f"{program} is not installed here: call this on a login node, or leave out --engine"
-                " slurm"
-            )
-    folder.prepare()
-    _wait(folder, requests, options, report)
-    while pending := pending_requests(folder, requests, attempts):
-        batch, submitted = _submit(folder, pending, options)
-        _wait(folder, requests, options, report)
-        if not any(_started(folder, r) for r in submitted):
-            raise CalibratorError(
-                f"no run started: read {batch}/*.out and correct [cluster], then call again"
-            )
-    return gather(folder, requests)
+    return engine.run(Slurm(options), folder, requests, attempts, report)
 
 
-def _submit(
-    folder: RunFolder, pending: Sequence[Request], options: Cluster
-) -> tuple[Path, list[Request]]:
-    """Write a batch, then submit it.
+def _slices(batch: Batch, seconds: float) -> Slices:
+    """Cut into slices of at most so many predicted seconds and of one run at least.
 
-    Returns its folder, and the requests in it: at most options.most_tasks slices.
-    """
-    failures = folder.failures()
-    failed = {r.run_id: failed_attempts(failures, r) for r in pending}
-    predicted = core_seconds(pending, gather(folder, pending))
-    cost = dict(zip((r.run_id for r in pending), map(float, predicted), strict=True))
-    slices = _slices(pending, cost, failed, 60 * options.slice_minutes)[: options.most_tasks]
-    batch = own_folder(
-        folder.path
-        / "batches"
-        / f"calibrator-{time.strftime('%Y%m%d-%H%M%S')}-{uuid.uuid4().hex[:12]}"
-    )
-    for index, own in enumerate(slices):
-        clear(folder, own)
-        limit = time_limit({r.run_id: cost[r.run_id] for r in own}, 2.0 ** failed[own[0].run_id])
-        write_table(batch / f"{index}.table", own)
-        write_text(
-            batch / f"{index}.sh", _slice_script(f"batches/{batch.name}/{index}.table", own, limit)
-        )
-    write_text(batch / "job.sh", _job_script(batch.name, options))
-    write_text(
-        batch / "manifest.json", json.dumps([[r.run_id for r in own] for own in slices]) + "\n"
-    )
-    _sbatch(folder, batch, len(slices), options)
-    return batch, [r for own in slices for r in own]
-
-
-def _slices(
-    requests: Sequence[Request], cost: dict[str, float], failed: dict[str, int], seconds: float
-) -> Slices:
-    """Cut into slices of at most so many predicted seconds and of one run at least, longest runs
-    first.
-
-    Runs that have failed equally often stay together: their time limit is the same.
+    Runs that have failed equally often stay together, as their time limit is the same; the longest
+    come first.
     """
     slices: Slices = []
-    spent = 0.0
-    for request in sorted(requests, key=lambda r: (failed[r.run_id], -cost[r.run_id])):
+    cost, failed, spent = batch.cost, batch.failed, 0.0
+    for request in sorted(batch.requests, key=lambda r: failed[r.run_id]):
         own = slices[-1] if slices else []
         fits = own and spent + cost[request.run_id] <= seconds and len(own) < LONGEST_TABLE
         if not fits or failed[own[0].run_id] != failed[request.run_id]:
@@ -129,46 +141,40 @@ def _slices(
 
 
 def _job_script(name: str, options: Cluster) -> str:
-    """The script of an array task, which ends in that of its slice. options.shell is the user's own
-    shell text.
+    """The script of an array task, which ends in that of its slice.
+
+    options.shell is the user's own shell text, and stands there as it is.
     """
-    return "\n".join(
-        [
-            "#!/bin/bash -l",
-            (
-                f"if [ -e batches/{name}/settled ]; then echo 'given up by its driver: nothing to"
-                " do'; exit 0; fi"
-            ),
-            *(f"module load {module}" for module in options.modules),
-            *options.shell,
-            (
-                "export LANG=C.UTF-8 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONUNBUFFERED=1"
-                " PYTHONDONTWRITEBYTECODE=1"
-            ),
-            "wall=()  # yade-batch's servers are cut off from the network where that is possible",
-            (
-                "if unshare --map-root-user --net true 2>/dev/null; then wall=(unshare"
-                " --map-root-user --net)"
-            ),
-            "elif unshare --net true 2>/dev/null; then wall=(unshare --net)",
-            (
-                'else echo "no network namespace: the status page of yade-batch (port 9080+) can be'
-                ' reached from other machines"; fi'
-            ),
-            f". batches/{name}/$SLURM_ARRAY_TASK_ID.sh",
-            "",
-        ]
-    )
+    before = [*(f"module load {module}" for module in options.modules), *options.shell]
+    return JOB_SCRIPT.format(name=name, before="".join(f"{line}\n" for line in before))
+
+
+# yade-batch's servers are cut off from the network where that is possible
+JOB_SCRIPT = """\
+#!/bin/bash -l
+if [ -e batches/{name}/settled ]; then echo 'given up by its driver: nothing to do'; exit 0; fi
+{before}\
+export LANG=C.UTF-8 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+export PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1
+wall=()
+if unshare --map-root-user --net true 2>/dev/null; then wall=(unshare --map-root-user --net)
+elif unshare --net true 2>/dev/null; then wall=(unshare --net)
+else
+  echo "no network namespace: yade-batch's status page (port 9080+) can be reached from outside"
+fi
+. batches/{name}/$SLURM_ARRAY_TASK_ID.sh
+"""
 
 
 def _slice_script(table: str, own: Sequence[Request], limit: float) -> str:
-    """The last lines of an array task: yade-batch over its table, with the wall-clock limit [s] of
-    each run.
+    """The last lines of an array task: yade-batch over its table.
+
+    limit : wall-clock time [s] of each run.
     """
     arguments = shlex.join(batch_arguments(table, own, 1))
     return (
-        f'export CALIBRATOR_TIME_LIMIT={limit:.0f}\nexec "${{wall[@]}}" setpriv --pdeathsig KILL'
-        f" yade-batch {arguments}\n"
+        f"export CALIBRATOR_TIME_LIMIT={limit:.0f}\n"
+        f'exec "${{wall[@]}}" setpriv --pdeathsig KILL yade-batch {arguments}\n'
     )
 
 
@@ -231,7 +237,7 @@ def _queued(names: Iterable[str]) -> set[str]:
 
 
 def _open_batches(folder: RunFolder, by_id: dict[str, Request]) -> dict[Path, Slices]:
-    """Batches that are not settled, and have runs among these requests: those runs, slice by slice.
+    """The runs of batches that are not settled, as far as they are asked for, slice by slice.
 
     Raises CalibratorError where a manifest is damaged.
     """
@@ -254,38 +260,6 @@ def _open_batches(folder: RunFolder, by_id: dict[str, Request]) -> dict[Path, Sl
     return found
 
 
-def _wait(
-    folder: RunFolder,
-    requests: Sequence[Request],
-    options: Cluster,
-    report: Callable[[Progress], None],
-) -> None:
-    """Wait until none of these runs is in flight, and note what became of each batch that has
-    ended.
-
-    The queue is asked before the record store: a run may finish in between, but it cannot start.
-    """
-    by_id, absent_since = {r.run_id: r for r in requests}, dict[Path, float]()
-    begin, finished, failed = time.monotonic(), set[str](), set[str]()
-    while batches := _open_batches(folder, by_id):
-        queued = _queued(batch.name for batch in batches)
-        for batch in [b for b in batches if b.name not in queued]:
-            absent = time.monotonic() - absent_since.setdefault(batch, time.monotonic())
-            # A shared file system may show the last records a little later than the queue shows the
-            # end.
-            if absent >= options.grace or all(
-                _has_verdict(folder, r) for own in batches[batch] for r in own
-            ):
-                _settle(folder, batch, batches.pop(batch))
-        notice(folder, requests, finished, failed)
-        elapsed = time.monotonic() - begin
-        # how long jobs queue is not known
-        left = elapsed * (len(requests) - len(finished)) / max(len(finished), 1)
-        report(Progress(len(finished), len(failed), len(requests), elapsed, left))
-        if batches:
-            time.sleep(POLL)
-
-
 def _started(folder: RunFolder, request: Request) -> bool:
     return folder.log(request).exists() or folder.record(request).exists()
 
@@ -295,8 +269,9 @@ def _has_verdict(folder: RunFolder, request: Request) -> bool:
 
 
 def _was_cut_off(folder: RunFolder, request: Request) -> bool:
-    """Whether a run was started and then killed from outside: it has no record, and no exit code of
-    its own making.
+    """Whether a run was started and then killed from outside.
+
+    It has no record then, and no exit code of its own making.
     """
     by_a_signal = exit_code(folder.log(request)) in (None, 137, 143)
     return folder.log(request).exists() and not folder.record(request).exists() and by_a_signal
@@ -317,12 +292,12 @@ def _settle(folder: RunFolder, batch: Path, slices: Slices) -> None:
             elif position == 0:
                 tried.append(request)
                 ends[request.run_id] = _end_of_task(batch / f"{index}.out")
-    note_failures(folder, tried, ends)
+    note_ended(folder, tried, ends)
     (batch / "settled").touch()
 
 
 def _end_of_task(output: Path) -> tuple[str, str]:
-    """Kind and reason of the end of an array task, from what SLURM wrote at the end of its output."""
+    """Kind and reason of the end of an array task, as SLURM wrote it into the task's output."""
     try:
         text = read_text(output, links=False)
     except OSError:

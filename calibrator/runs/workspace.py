@@ -18,12 +18,12 @@ from calibrator.case.settings import Diagnosis, Replicates
 from calibrator.case.vocabulary import SCHEMA
 from calibrator.errors import CalibratorError
 from calibrator.files import own_folder, parse_json, read_text, write_text
-from calibrator.runs import slurm
 from calibrator.runs.batch import Progress
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.database import Database
+from calibrator.runs.engine import run
+from calibrator.runs.engines import ENGINES
 from calibrator.runs.folder import RunFolder, gather
-from calibrator.runs.local import run
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 
@@ -169,15 +169,15 @@ def work_left(space: Workspace, requests: Sequence[Request]) -> tuple[list[Reque
 
 
 def carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> list[Record]:
-    """Run what neither this folder nor the shipped database has; returns all finished records of
-    the requests.
+    """Run what neither this folder nor the shipped database has.
+
+    Returns all finished records of the requests.
     """
     there = space.shipped().records
     missing = [r for r in requests if r.run_id not in there]
-    if missing and space.engine == "slurm":
-        slurm.run(space.runs, missing, space.case.cluster, space.case.run.attempts, report)
-    elif missing:
-        run(space.runs, missing, space.case.run.jobs, space.case.run.attempts, report)
+    if missing:
+        engine = ENGINES[space.engine](space.case)
+        run(engine, space.runs, missing, space.case.run.attempts, report)
     return space.finished(requests)
 
 

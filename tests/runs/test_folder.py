@@ -5,11 +5,10 @@ import threading
 import pytest
 
 from calibrator.errors import CalibratorError
-from calibrator.runs import folder
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run
 from calibrator.runs.request import Request
-from tests.runs.toy_runs import folder_with, requests, wait_for
+from tests.runs.toy_runs import requests, wait_for
 
 
 @pytest.mark.parametrize("name", ["records", "logs", "batches", "locks"])
@@ -48,16 +47,6 @@ def test_a_damaged_list_of_failures_is_one_line(tmp_path, state):
     (tmp_path / "failures.json").write_text(state)
     with pytest.raises(CalibratorError, match=r"failures.json is damaged .*: delete it"):
         RunFolder(tmp_path).failures()
-
-
-@pytest.mark.parametrize("name", folder.FOLDERS)
-def test_a_folder_without_room_is_found_before_a_run_is_made_in_vain(tmp_path, fake_yade, name):
-    folder = folder_with(tmp_path)
-    # where root writes whatever the permissions are
-    (folder.path / name / "room").mkdir(parents=True)
-    with pytest.raises(OSError, match="room"):
-        run(folder, requests(), jobs=1)
-    assert not (folder.path / "calls.txt").exists()
 
 
 def test_a_second_driver_waits_for_the_first_and_says_so(tmp_path, caplog):

@@ -1,82 +1,27 @@
 """--engine slurm on a real SLURM of two nodes on loopback, with the fake and the real YADE."""
 
-import contextlib
 import dataclasses
 import json
-import os
-import random
 import shutil
-import socket
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 import pytest
 
-from calibrator.case.settings import Cluster
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.runs import cost, local
 from calibrator.runs import slurm as engine
 from calibrator.runs.database import Database
-from calibrator.runs.folder import RunFolder
+from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.request import Request
 from tests.conftest import fake_programs
+from tests.slurm_cluster import NEEDS_SLURM, SCRIPT, options_for
 
 REPO = Path(__file__).resolve().parents[2]
-SCRIPT = REPO / "tests" / "slurm_local.sh"
-PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue")
-MISSING = [
-    p for p in PROGRAMS if shutil.which(p, path=f"{os.environ['PATH']}:/usr/sbin:/sbin") is None
-]
-pytestmark = [
-    pytest.mark.cluster,
-    pytest.mark.skipif(
-        bool(MISSING),
-        reason=f"{', '.join(MISSING)} not installed: run `make slurm` as root or with sudo",
-    ),
-]
-
-
-def three_free_ports():
-    """The first of three, below those that the system hands out for outgoing connections."""
-    for port in random.sample(range(20_000, 30_000, 3), 100):
-        with contextlib.ExitStack() as held, contextlib.suppress(OSError):
-            for one in range(port, port + 3):
-                held.enter_context(socket.socket()).bind(("", one))
-            return port
-    raise AssertionError("no three ports in a row are free")
-
-
-@pytest.fixture(scope="module")
-def slurm():
-    """The controller's folder; SLURM's commands find it by the environment."""
-    folder = tempfile.mkdtemp(prefix="slurm-")
-    os.environ["SLURM_CONF"] = f"{folder}/slurm.conf"
-    try:
-        subprocess.run(["bash", SCRIPT, "start", folder, str(three_free_ports())], check=True)
-        yield folder
-    finally:
-        subprocess.run(["bash", SCRIPT, "stop", folder])
-        shutil.rmtree(folder, ignore_errors=True)
-        del os.environ["SLURM_CONF"]
-
-
-def options_for(programs, **changes):
-    """Short slices, and these programs first on the PATH of the nodes."""
-    shell = (f'export PATH="{programs}:$PATH"',)
-    return Cluster(
-        **{
-            "partition": "main",
-            "time": "10",
-            "slice_minutes": 0.2,
-            "grace": 5,
-            "shell": shell,
-            **changes,
-        }
-    )
+pytestmark = NEEDS_SLURM
 
 
 @pytest.fixture
@@ -207,7 +152,7 @@ def test_a_job_that_comes_up_after_its_driver_has_given_it_up_does_nothing(
 
 def test_where_no_run_can_start_the_user_is_told_where_to_read_why(tmp_path, options, fake_yade):
     folder = folder_in(tmp_path / "runs")
-    with pytest.raises(CalibratorError, match=r"no run started: read .*out"):
+    with pytest.raises(CalibratorError, match=r"still to be done: no run started.* read .*out"):
         engine.run(folder, requests(1), dataclasses.replace(options, shell=("exit 1",), grace=1))
     assert folder.failures() == {}
 
@@ -287,7 +232,7 @@ def test_whatever_dies_every_run_gets_its_verdict_and_the_database_is_the_undist
     # with a time limit of its own, and without the run that nothing on this machine would end
     local.run(undisturbed, [hang])
     local.run(undisturbed, [*good, crash, segfault])
-    here, there = (folder.gather(f, [*good, crash, segfault, hang]) for f in (undisturbed, folder))
+    here, there = (gather(f, [*good, crash, segfault, hang]) for f in (undisturbed, folder))
     assert bytes_of(there, tmp_path / "there.csv") == bytes_of(here, tmp_path / "here.csv")
 
 
@@ -295,7 +240,7 @@ def test_the_end_of_the_wall_time_costs_an_attempt_only_where_a_run_had_all_of_i
     """Two runs to a task: one hangs, and one would have ended, had it had all the time."""
     folder, asked, driver = walled
     assert driver.wait(180) == 0
-    records = folder.gather(folder, asked)
+    records = gather(folder, asked)
     assert [r.status for r in records] == ["ok", "ok", "timeout"]
     assert records[2].error == "the wall time of its array task ended: raise cluster.time"
     assert [calls(folder).count(r.run_id) for r in asked] == [1, 2, 1]

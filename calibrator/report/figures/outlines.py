@@ -1,6 +1,4 @@
-"""What the report draws of a run: grains, walls and scanned surface, from the arrays that the run
-left.
-"""
+"""What the report draws of a run: grains, walls and scanned surface."""
 
 from __future__ import annotations
 
@@ -9,34 +7,33 @@ from collections.abc import Mapping
 import numpy as np
 
 from calibrator.report.figures import grains
-from calibrator.runs.setups import hourglass_outline, ledge_outline, pile_outline
+from calibrator.runs.setups import SETUP_ENTRIES, Setup
 
 
 def scenes(
     setup: str, p: Mapping[str, float], arrays: Mapping[str, np.ndarray]
 ) -> list[grains.Scene]:
+    """A run when it was filled, and at rest after the release.
+
+    p : parameters of the run that are numbers; arrays : what it left, the centres "filled"
+    and "final" of its grains (n, 3) [m] among them.
+    """
+    entry = SETUP_ENTRIES[setup]
     top = float(arrays["filled"][:, 2].max() + 2 * p["particle_radius"])
-    outlines = {
-        "hourglass": hourglass_outline,
-        "ledge": ledge_outline,
-        "conical_pile": pile_outline,
-    }[setup](p, top)
-    moments = zip(
-        ("filled", "final"), ("filled", "at rest"), outlines, (None, _surface(arrays)), strict=True
-    )
+    full, released = entry.outline(p, top)
     return [
-        grains.Scene(title, arrays[name], outline, surface)
-        for name, title, outline, surface in moments
+        grains.Scene("filled", arrays["filled"], full),
+        grains.Scene("at rest", arrays["final"], released, _surface(entry, arrays)),
     ]
 
 
-def _surface(arrays: Mapping[str, np.ndarray]) -> np.ndarray | None:
-    """Scanned profile (k, 2) of x and z [m], mirrored where it was scanned over the radius."""
-    if "profile_x" in arrays:
-        return np.column_stack([arrays["profile_x"], arrays["profile_height"]])
-    if "profile_radius" not in arrays:
+def _surface(entry: Setup, arrays: Mapping[str, np.ndarray]) -> np.ndarray | None:
+    """Scanned profile (k, 2) of x and z [m]; None where the run left none."""
+    profile = entry.profile
+    if profile is None or profile.across not in arrays:
         return None
-    radius, height = arrays["profile_radius"], arrays["profile_height"]
-    return np.column_stack(
-        [np.concatenate([-radius[::-1], radius]), np.concatenate([height[::-1], height])]
-    )
+    across, height = arrays[profile.across], arrays[profile.up]
+    if entry.mirrored:
+        across = np.concatenate([-across[::-1], across])
+        height = np.concatenate([height[::-1], height])
+    return np.column_stack([across, height])

@@ -25,48 +25,26 @@ from calibrator.report.figures.style import (
     require_some,
     styled,
 )
-
-# Runs
-
+from calibrator.runs.setups import Curve
 
 Curves = Mapping[str, Sequence[tuple[np.ndarray, np.ndarray]]]
+"""Candidate -> its runs, each with the two arrays (n,) of a curve."""
 
 
 @styled
-def mass_time(curves: Curves) -> Figure:
-    """Discharged mass over time: candidate -> its runs, each time (n,) [s] and passed mass (n,)
-    [kg].
+def run_curves(runs: Curves, curve: Curve) -> Figure:
+    """A curve of single runs, all that there are.
+
+    Raises CalibratorError where there is none, or one that is not finite.
     """
-    require_some(
-        [run for runs in curves.values() for run in runs], "mass-time curve", "verify first"
-    )
-    figure, (ax,) = panel_grid(1, 3.3, WIDTH * 1.2)
-    _thin_lines(ax, curves, 1.0, 1e3)
-    ax.set(
-        xlabel="time since the plug was pulled [s]",
-        ylabel="passed mass [g]",
-        xlim=(0, None),
-        ylim=(0, None),
-    )
-    return figure
-
-
-@styled
-def profiles(curves: Curves, setup: str) -> Figure:
-    """Scanned surfaces at rest: candidate -> its runs, each position (k,) [m] and height (k,) [m]."""
-    require_some(
-        [run for runs in curves.values() for run in runs],
-        f"surface profile of {setup}",
-        "verify or validate first",
-    )
-    figure, (ax,) = panel_grid(1, 3.0, WIDTH * 1.2)
-    _thin_lines(ax, curves, 1e3, 1e3)
-    across = (
-        "distance from the back wall [mm]" if setup == "ledge" else "distance from the axis [mm]"
-    )
-    ax.set(
-        xlabel=across, ylabel="surface height [mm]", xlim=(0, None), ylim=(0, None), aspect="equal"
-    )
+    found = [run for own in runs.values() for run in own]
+    require_some(found, f"{curve.up.replace('_', ' ')} of a run", "verify or validate first")
+    figure, (ax,) = panel_grid(1, 3.0 if curve.true_to_scale else 3.3, WIDTH * 1.2)
+    _thin_lines(ax, runs, *curve.scales)
+    across, up = curve.labels
+    ax.set(xlabel=across, ylabel=up, xlim=(0, None), ylim=(0, None))
+    if curve.true_to_scale:
+        ax.set_aspect("equal")
     return figure
 
 

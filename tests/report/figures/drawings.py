@@ -3,7 +3,8 @@
 import numpy as np
 
 from calibrator.report.figures import calibration, grains
-from calibrator.report.figures.runs import Deviation, mass_time, profiles, verification
+from calibrator.report.figures.runs import Deviation, run_curves, verification
+from calibrator.runs.setups import HOURGLASS, LEDGE
 
 RNG = np.random.default_rng(7)
 AT = np.linspace(0.1, 0.4, 21)
@@ -67,8 +68,8 @@ FIGURES = {
     "sensitivity": lambda: calibration.sensitivity(
         {"alone": (RNG.random((2, 3)), np.full((2, 3), 0.1))}, ["x", "y"], ["a", "b", "c"]
     ),
-    "mass_time": lambda: mass_time(CURVES),
-    "profiles": lambda: profiles(CURVES, "ledge"),
+    "mass_time": lambda: run_curves(CURVES, HOURGLASS.history),
+    "profiles": lambda: run_curves(CURVES, LEDGE.profile),
     "verification": lambda: verification(ROWS),
 }
 EMPTY = {
@@ -94,8 +95,8 @@ EMPTY = {
         np.ones((9, 1)), np.array([[0.0], [1.0]]), ["a"], np.zeros(1)
     ),
     "sensitivity": lambda: calibration.sensitivity({}, [], ["a"]),
-    "mass_time": lambda: mass_time({}),
-    "mass_time without runs": lambda: mass_time({"compromise": []}),
-    "profiles": lambda: profiles({}, "ledge"),
+    "mass_time": lambda: run_curves({}, HOURGLASS.history),
+    "mass_time without runs": lambda: run_curves({"compromise": []}, HOURGLASS.history),
+    "profiles": lambda: run_curves({}, LEDGE.profile),
     "verification": lambda: verification([]),
 }

@@ -1,0 +1,134 @@
+"""What an engine is, and how runs are carried out by any of them."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+
+from calibrator.errors import CalibratorError
+from calibrator.runs.batch import Batch, Progress, Watch, pending_requests
+from calibrator.runs.cost import core_seconds
+from calibrator.runs.failures import failed_attempts
+from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+
+
+class Engine(ABC):
+    """Where runs are made.
+
+    `run` asks for four things only, and believes nothing but records: an engine may die, or be
+    killed, at any time.
+
+    Attributes
+    ----------
+    pause : seconds between two polls; cores : runs that are made at a time, None where that is up
+        to a queue; advice : why runs that were submitted may not even have started, and what to do.
+    """
+
+    cores: int | None = None
+
+    @property
+    @abstractmethod
+    def pause(self) -> float: ...
+
+    @property
+    @abstractmethod
+    def advice(self) -> str: ...
+
+    @abstractmethod
+    def require(self) -> None:
+        """Raise CalibratorError, with the remedy, where a program is missing."""
+
+    @abstractmethod
+    def submit(self, folder: RunFolder, batch: Batch) -> None:
+        """Start the runs of a batch, or as many of the first ones as can be taken at a time.
+
+        What their failed attempts left is removed before (`batch.clear`). Raises CalibratorError
+        where they are not taken.
+        """
+
+    @abstractmethod
+    def poll(self, folder: RunFolder, requests: Sequence[Request]) -> bool:
+        """Whether any of these runs is in flight, those of a driver that died included.
+
+        Notes what became of runs that have ended since the last poll (`batch.note_ended`). Raises
+        CalibratorError where that cannot be found out, OSError where the disk is full.
+        """
+
+    @abstractmethod
+    def end(self) -> None:
+        """End what must not outlive the driver, whichever way that ends."""
+
+
+def run(
+    engine: Engine,
+    folder: RunFolder,
+    requests: Sequence[Request],
+    attempts: int = 2,
+    report: Callable[[Progress], None] = lambda progress: None,
+) -> list[Record]:
+    """Carry out the requests that have no good record yet, longest first.
+
+    A run that failed is tried again, up to so many attempts, where another one may end otherwise.
+    Whatever is interrupted, calling again goes on from the records that exist. Two drivers at once
+    would make the same runs: the caller holds `RunFolder.alone`.
+
+    Returns
+    -------
+    A record for each request, in their order; a run without a valid one has its failure's.
+
+    Raises
+    ------
+    CalibratorError where a program is missing, or submitted runs do not even start; OSError where
+    the disk is full or read-only.
+    """
+    folder.prepare()
+    pending = pending_requests(folder, requests, attempts)
+    try:
+        if pending:  # a call that has nothing to do needs no programs
+            engine.require()
+        if pending and engine.poll(folder, requests):
+            _wait(engine, folder, requests, _batch(folder, requests, pending), report)
+            pending = pending_requests(folder, requests, attempts)
+        while pending:
+            before = pending, folder.failures()
+            batch = _batch(folder, requests, pending)
+            folder.check_room()
+            engine.submit(folder, batch)
+            _wait(engine, folder, requests, batch, report)
+            pending = pending_requests(folder, requests, attempts)
+            if before == (pending, folder.failures()):
+                break
+    finally:
+        engine.end()
+    records = gather(folder, requests)
+    if pending or len(records) < len(requests):
+        left = max(len(pending), len(requests) - len(records))
+        raise CalibratorError(f"{left} runs are still to be done: {engine.advice}")
+    return records
+
+
+def _batch(folder: RunFolder, requests: Sequence[Request], pending: Sequence[Request]) -> Batch:
+    """The pending ones of all requests, whose finished runs say what they will cost."""
+    failures = folder.failures()
+    predicted = core_seconds(pending, gather(folder, requests))
+    cost = dict(zip((r.run_id for r in pending), map(float, predicted), strict=True))
+    failed = {r.run_id: failed_attempts(failures, r) for r in pending}
+    return Batch(sorted(pending, key=lambda r: -cost[r.run_id]), cost, failed)
+
+
+def _wait(
+    engine: Engine,
+    folder: RunFolder,
+    requests: Sequence[Request],
+    batch: Batch,
+    report: Callable[[Progress], None],
+) -> None:
+    """Wait until none of the requests is in flight; reports the progress of the batch."""
+    watch = Watch(folder, batch, engine.cores)
+    while engine.poll(folder, requests):
+        report(watch.look())
+        time.sleep(engine.pause)
+    report(watch.look())
