@@ -26,7 +26,7 @@ def test_inelastic_grains_at_the_default_step_are_warned_of(tmp_path, fake_yade,
         case.problem, fixed={**case.problem.fixed, "restitution": 0.5, **numerics}
     )
     case = dataclasses.replace(case, problem=problem)
-    warnings = check_case(workspace.Workspace(case, tmp_path))["warnings"]
+    warnings = check_case(workspace.Workspace(case, tmp_path)).warnings
     assert (
         any("restitution below 0.6" in w and "rayleigh_fraction = 0.2" in w for w in warnings)
         is warned
