@@ -1,0 +1,80 @@
+"""What the documents point to is there: files, headings, and commands that can be called."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+REPO = Path(__file__).resolve().parent.parent
+DOCUMENTS = sorted(
+    [*REPO.glob("*.md"), *(REPO / "docs").glob("*.md"), *(REPO / "grid").glob("*.md")]
+)
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+COMMAND = re.compile(r"python -m ((?:benchmarks|tests\.campaigns)[\w.]*)")
+# a path in backquotes or bare, of what tests and benchmarks have
+PLACE = re.compile(r"(?<![\w/.])((?:tests|benchmarks)/[\w./<>*-]*\w)")
+
+
+def named(document):
+    return str(document.relative_to(REPO))
+
+
+def text_of(document):
+    """The document without its blocks of code, in which a bracket means something else."""
+    return re.sub(r"^```.*?^```$", "", document.read_text(), flags=re.MULTILINE | re.DOTALL)
+
+
+def anchors(document):
+    """What a link can end in: the headings as GitHub makes anchors of them."""
+    headings = re.findall(r"^#+ (.+?)\s*$", document.read_text(), flags=re.MULTILINE)
+    words = [re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings]
+    return {heading.replace(" ", "-") for heading in words}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=named)
+def test_every_link_leads_to_a_file_and_a_heading_that_exist(document):
+    for link in LINK.findall(text_of(document)):
+        if re.match(r"[a-z]+:", link):
+            continue  # another site
+        path, _, heading = link.partition("#")
+        target = (document.parent / path).resolve() if path else document
+        assert target.exists(), f"{link}: no such file"
+        assert target.is_relative_to(REPO), f"{link} leads out of the repository"
+        if heading:
+            assert heading in anchors(target), f"{link}: no such heading"
+
+
+def test_the_links_of_the_documents_are_seen():
+    """Else the test above would pass whatever they are."""
+    links = [link for document in DOCUMENTS for link in LINK.findall(text_of(document))]
+    assert len(links) > 20
+    assert any("#" in link for link in links)
+
+
+def commands():
+    """{module that a document, the Makefile or a benchmark tells somebody to call: where}."""
+    python = [p for f in ("tests", "benchmarks", "cases") for p in (REPO / f).rglob("*.py")]
+    tables = [*(REPO / "grid").glob("*.csv"), *(REPO / "cases").glob("*.csv")]
+    found = {}
+    for path in [*DOCUMENTS, REPO / "Makefile", *python, *tables]:
+        for module in COMMAND.findall(path.read_text()):
+            found.setdefault(module.rstrip("."), named(path))
+    return found
+
+
+@pytest.mark.parametrize("module", sorted(commands()))
+def test_every_command_that_is_named_can_be_called(module):
+    spec = importlib.util.find_spec(module)
+    assert spec is not None, f"{commands()[module]}: no module {module}"
+    if spec.submodule_search_locations is None:
+        assert '__name__ == "__main__"' in Path(spec.origin).read_text(), f"{module} does nothing"
+    else:
+        assert importlib.util.find_spec(f"{module}.__main__"), f"{module} is a folder"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=named)
+def test_every_place_among_tests_and_benchmarks_exists(document):
+    for place in PLACE.findall(document.read_text()):
+        pattern = re.sub(r"<\w+>", "*", place)  # benchmarks/results/<name>.json
+        assert list(REPO.glob(pattern)), f"{place}: no such file or folder"
