@@ -45,7 +45,7 @@ from calibrator.responses.table import response_table
 from calibrator.runs import batch
 from calibrator.runs.workspace import Workspace
 from calibrator.runs.database import Database
-from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.folder import Failure, RunFolder, gather
 from calibrator.runs.request import Request, write_table
 from calibrator.search.calibrate import calibrate
 
@@ -71,9 +71,7 @@ def write_records(
     """
     folder.prepare()
     failed = requests[::LOST]
-    folder.write_failures(
-        {r.run_id: {"kind": "crash", "message": "made up", "attempts": 2} for r in failed}
-    )
+    folder.write_failures({r.run_id: Failure("crash", "made up", 2) for r in failed})
     for index, (request, row) in enumerate(zip(requests, responses, strict=True)):
         if index % LOST:
             record = {
