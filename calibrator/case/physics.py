@@ -1,7 +1,4 @@
-"""Formulas of the contact that both sides know:
-
-Rayleigh time, contact time, the scripts' time step.
-"""
+"""Formulas of the contact that both sides know: Rayleigh time, contact time, time step."""
 
 from __future__ import annotations
 
@@ -11,10 +8,18 @@ from collections.abc import Mapping
 import numpy as np
 
 Columns = Mapping[str, np.ndarray | float]
+"""Parameters by name [SI], each a number or of one shape."""
 
-# Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is
-# unbiased and the bulk responses do not move (benchmarks/same_responses.py).
+GRAVITY = 9.81
+"""[m/s2]"""
+
 LARGEST_SHARE = 0.4
+"""Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is
+unbiased and the bulk responses do not move (benchmarks/same_responses.py).
+"""
+
+LARGEST_STEP_SHARE = 0.28
+"""The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
 
 
 def rayleigh_time(columns: Columns) -> np.ndarray:
@@ -31,9 +36,7 @@ def rayleigh_time(columns: Columns) -> np.ndarray:
 
 
 def time_step_warning(time_step: float, columns: Columns) -> str | None:
-    """One line if time_step [s] exceeds LARGEST_SHARE of the smallest Rayleigh time among the
-    columns, else None.
-    """
+    """One line if a time step [s] is too large for the smallest Rayleigh time, else None."""
     shortest = float(np.min(rayleigh_time(columns)))
     if time_step <= LARGEST_SHARE * shortest:
         return None
@@ -42,13 +45,6 @@ def time_step_warning(time_step: float, columns: Columns) -> str | None:
         f" {shortest:.3g} s, above {LARGEST_SHARE:.0%}: lower it to {LARGEST_SHARE * shortest:.2g}"
         " s, or choose larger, denser or softer grains"
     )
-
-
-LARGEST_STEP_SHARE = 0.28
-"""The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
-
-
-GRAVITY = 9.81
 
 
 def time_step(p: Mapping[str, float]) -> float:
@@ -60,8 +56,9 @@ def time_step(p: Mapping[str, float]) -> float:
 
 
 def contact_time(p: Mapping[str, float]) -> float:
-    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact under five grain weights:
-    yade_scripts/material.py.
+    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact.
+
+    The contact carries five grain weights, as in yade_scripts/material.py.
     """
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
     mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
