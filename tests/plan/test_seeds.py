@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from calibrator.case.case import Case
-from calibrator.case.settings import Condition, Diagnosis, Plan, Replicates
+from calibrator.case.settings import Condition, Diagnosis, Plan, Replicates, Validation
 from calibrator.case.toml import read_case
 from calibrator.check import check_case
 from calibrator.diagnosis import experiments as ex
@@ -81,11 +81,14 @@ def test_requests_keep_to_the_ranges_of_their_kinds():
 FIRST = some.one_of(
     some.integers(0, 30_000_000), some.sampled_from([0, 1_000, 500_000, 700_000, 30_000_000])
 )
-REPLICATES = some.builds(
-    Replicates,
-    replicates=some.integers(1, 10_000),
-    seed=some.one_of(FIRST, some.integers(0, 2 * 10**9)),
-    spread_replicates=some.integers(0, 200),
+VERIFICATIONS, VALIDATIONS = (
+    some.builds(
+        table,
+        replicates=some.integers(1, 10_000),
+        seed=some.one_of(FIRST, some.integers(0, 2 * 10**9)),
+        spread_replicates=some.integers(0, 200),
+    )
+    for table in (Replicates, Validation)
 )
 PLANS = some.builds(
     Plan,
@@ -121,7 +124,7 @@ def changed(plan, verify, validate, diagnosis, conditions):
         return None
 
 
-@given(PLANS, REPLICATES, REPLICATES, DIAGNOSES, some.sampled_from([0, 1, 3, 250]))
+@given(PLANS, VERIFICATIONS, VALIDATIONS, DIAGNOSES, some.sampled_from([0, 1, 3, 250]))
 def test_a_case_that_is_not_refused_has_no_two_kinds_that_meet(
     plan, verify, validate, diagnosis, conditions
 ):
@@ -147,7 +150,7 @@ def test_a_case_that_is_not_refused_has_no_two_kinds_that_meet(
             " verify.seed from 1500 to 3302, or move plan.seed",
         ),
         (
-            {"validate": Replicates(3, 500_100, 0)},
+            {"validate": Validation(seed=500_100)},
             "verification .* meet those of the validation .*: raise validate.seed from 500100",
         ),
         ({"plan": Plan(sets=6_000)}, "the plan .* meet those of the verification"),
@@ -181,3 +184,8 @@ def test_doing_what_the_sentence_says_mends_the_case():
 def test_an_adaptive_design_that_never_ends_does_not_run_into_other_seeds():
     with pytest.raises(CalibratorError, match="take a plan"):
         seeds.proposed_seed(DEMO, 1_000_000)
+
+
+def test_a_validation_without_a_seed_of_its_own_keeps_away_from_the_verification(write_case):
+    case = read_case(write_case(("[verify]", "[validate]\nreplicates = 2\n[verify]")))
+    assert case.validate.seed == 600_000 and seeds.overlapping(case) == []
