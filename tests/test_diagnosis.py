@@ -2,6 +2,7 @@
 drag.
 """
 
+import dataclasses
 import json
 import random
 from pathlib import Path
@@ -16,17 +17,22 @@ from calibrator.case.vocabulary import EFFECTS, RESPONSES
 from calibrator.cli import main
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
+from calibrator.diagnosis.basis import diagnosis_now, preflight_now
 from calibrator.diagnosis.diagnose import _confirmed, diagnose
+from calibrator.diagnosis.explanations import Effect
+from calibrator.diagnosis.gap import Detection
+from calibrator.diagnosis.new_case import write_new_case
+from calibrator.diagnosis.outcome import Diagnosis, Preflight
+from calibrator.diagnosis.preflight import preflight
 from calibrator.diagnosis.sentence import sentence
 from calibrator.errors import CalibratorError
 from calibrator.plan import seeds
 from calibrator.plan.seeds import CONFIRM_SEED
+from calibrator.report.diagnosis import write_diagnosis
+from calibrator.runs.database import Database
 from calibrator.runs.workspace import Workspace
 
 REPO = Path(__file__).resolve().parents[1]
-AMBIGUOUS = (
-    '{"verdict": "ambiguous", "detection": {"p_effect": 0.01, "p_chi2": 0.01}, "locations": []}'
-)
 TRUTH = {"rolling_friction": 0.25, "sliding_friction": 0.5, "young_modulus": 3e6}
 HELD_OUT = ("ledge_curvature", "pile_apex_rounding")
 SMALL = (
@@ -87,28 +93,26 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held
 ):
     here = space(bond_number=0.6)
     found = diagnose(here)
-    assert (found["verdict"], found["effects"]) == ("named", ["bond_number"])
-    before, after = found["explanations"][:2]
-    size = after["amplitudes"]["bond_number"]
-    assert abs(size["value"] - 0.6) < 4 * size["error"]
-    assert (
-        before["gap_used"] > 2 * after["gap_used"]
-        and before["gap_held_out"] > 2 * after["gap_held_out"]
-    )
+    assert (found.verdict, found.effects) == ("named", ("bond_number",))
+    before, after = found.explanations[:2]
+    size = after.amplitudes["bond_number"]
+    assert abs(size.value - 0.6) < 4 * size.error
+    assert before.gap_used > 2 * after.gap_used and before.gap_held_out > 2 * after.gap_held_out
     for part in (
         "adhesion (bond_number = ",
         "held-out data",
         "a random effect would remove",
         "refuted if",
     ):
-        assert part in found["sentence"]
+        assert part in found.sentence
     calls = (here.path / "calls.txt").read_text().count("\n")
-    assert diagnose(here)["sentence"] == found["sentence"]
+    assert here.outcome("diagnose", Diagnosis) == found
+    assert diagnose(here) == found
     assert (here.path / "calls.txt").read_text().count("\n") == calls  # nothing is run twice
-    case = read_case(found["new_case"])
+    case = read_case(found.new_case)
     assert case.problem.names[-1] == "bond_number"
     assert case.problem.low[-1] < 0.6 < case.problem.high[-1]
-    assert main(["check", found["new_case"], "--results", str(tmp_path / "again")]) == 0
+    assert main(["check", found.new_case, "--results", str(tmp_path / "again")]) == 0
 
 
 def test_a_name_that_does_not_predict_the_held_out_rows_is_taken_back_and_said_so(
@@ -121,12 +125,9 @@ def test_a_name_that_does_not_predict_the_held_out_rows_is_taken_back_and_said_s
             row[3] = repr(1.5 * float(row[3]))
     case = read_case(write_case(SMALL, lab="\n".join(map(",".join, rows)) + "\n"))
     found = diagnose(Workspace(case, tmp_path / "results" / "toy"))
-    assert (found["verdict"], found["effects"], found["new_case"]) == (
-        "ambiguous",
-        ["bond_number", "unknown"],
-        "",
-    )
-    assert any("does not predict those held out" in note for note in found["notes"])
+    assert (found.verdict, found.effects) == ("ambiguous", ("bond_number", "unknown"))
+    assert found.new_case == ""
+    assert any("does not predict those held out" in note for note in found.notes)
 
 
 @pytest.mark.parametrize(("index", "name"), [(0, ""), (1, "bond_number"), (2, "bed_viscosity")])
@@ -142,15 +143,15 @@ def test_an_effect_that_clogs_in_the_confirming_runs_is_left_out_and_no_name(spa
             diagnose(here)
         return
     found = diagnose(here)
-    named = ("named", ["bond_number"]) if index == 2 else ("ambiguous", ["bond_number", "unknown"])
-    assert (found["verdict"], found["effects"]) == named
-    assert any(f"{name} could not be run" in note for note in found["notes"])
-    assert all(one["effects"] != [name] for one in found["explanations"])
-    assert bool(found["new_case"]) is (index == 2)
+    named = ("named", ("bond_number",)) if index == 2 else ("ambiguous", ("bond_number", "unknown"))
+    assert (found.verdict, found.effects) == named
+    assert any(f"{name} could not be run" in note for note in found.notes)
+    assert all(one.effects != (name,) for one in found.explanations)
+    assert bool(found.new_case) is (index == 2)
 
 
 def fresh(*effects, gap=1.0, p=0.5):
-    return {"effects": list(effects), "gap_used": gap, "fresh_probability": p}
+    return SimpleNamespace(effects=effects, gap_used=gap, fresh_probability=p)
 
 
 @pytest.mark.parametrize(
@@ -169,8 +170,137 @@ def test_a_name_needs_fresh_runs_that_meet_the_measurements(runs, kind):
     assert _confirmed(verdict, runs) == (kind, names)
 
 
+def test_an_outcome_is_believed_while_the_case_and_the_runs_are_those_it_was_computed_from(
+    space, fake_yade, tmp_path
+):
+    here = space(bond_number=0.6)
+    noted, seen = diagnose(here), preflight(here)
+    assert here.current("diagnose", Diagnosis, diagnosis_now(here)) == noted
+    assert here.current("preflight", Preflight, preflight_now(here)) == seen
+    case = here.case
+
+    def stale(**changes):
+        return Workspace(dataclasses.replace(case, **changes), here.path)
+
+    corrected = dataclasses.replace(case.observables[0], value=1500.0)
+    lab_changed = stale(observables=(corrected, *case.observables[1:]))
+    with pytest.raises(CalibratorError, match="^measurements changed since diagnose: run"):
+        lab_changed.current("diagnose", Diagnosis, diagnosis_now(lab_changed))
+    # the values play no part in a pre-flight
+    lab_changed.current("preflight", Preflight, preflight_now(lab_changed))
+    surer = stale(nuisances=case.nuisances[1:])
+    for verb, kind, now in (
+        ("diagnose", Diagnosis, diagnosis_now(surer)),
+        ("preflight", Preflight, preflight_now(surer)),
+    ):
+        with pytest.raises(CalibratorError, match=f"^nuisances changed since {verb}: run"):
+            surer.current(verb, kind, now)
+    richer = stale(diagnosis=dataclasses.replace(case.diagnosis, budget_core_hours=9.0))
+    richer.current("diagnose", Diagnosis, diagnosis_now(richer))
+    confirming = Database.read(here.path / "diagnosis_confirmed.csv").records
+    here.runs.record(next(iter(confirming.values())).request).unlink()
+    with pytest.raises(CalibratorError, match="^records changed since diagnose: run"):
+        here.current("diagnose", Diagnosis, diagnosis_now(here))
+    here.current("preflight", Preflight, preflight_now(here))  # it has used no such run
+
+
+AWKWARD = """
+name = "odd"
+about = 'a "quoted" word, # no comment, and \\ two strokes'
+measured = "lab.csv" # not the name
+truth_file = "truth.toml"
+[parameters.rolling_friction] # name = "x"
+  low = 0.05 # a comment behind a value
+  high = 0.45
+[fixed]
+young_modulus = 1e6
+  bond_number = 0.1 # known from another sand
+[setups.hourglass]
+bond_number = 0.2
+neck_diameter = 14e-3
+[conditions.shipped]
+setup = "hourglass"
+neck_diameter = 0.016
+[targets."hourglass.bulk_density"]
+tolerance = 0.01
+[search]
+objectives = ["error", "time_cost"]
+[interpolation]
+similarity = false
+[diagnosis]
+  nuisances = "nuisances.csv" # of the balance
+effects = ["bond_number", "bed_viscosity"]
+  shipped = "runs.csv"
+[run]
+  shipped = "runs.csv"
+jobs = 1
+"""
+
+
+@pytest.mark.parametrize("name", ["odd", "o" * 64])
+def test_the_new_case_is_the_old_one_with_the_effect_among_its_parameters(tmp_path, name):
+    for file, text in (
+        ("lab.csv", lab(bond_number=0.6)),
+        ("nuisances.csv", NUISANCES),
+        ("truth.toml", "[parameters]\nrolling_friction = 0.2\n"),
+        ("runs.csv", ""),
+        ("odd.toml", AWKWARD.replace('"odd"', f'"{name}"')),
+    ):
+        (tmp_path / file).write_text(text)
+    case = read_case(tmp_path / "odd.toml")
+    effect = next(e for e in ex.library(case) if e.name == "bond_number")
+    path = write_new_case(Workspace(case, tmp_path / "results"), effect, 1.0, 0.2)
+    new = read_case(path)
+    assert new.name == ("odd" if name == "odd" else "o" * 47) + "_with_bond_number"
+    assert new.problem.parameters[:-1] == case.problem.parameters
+    added = new.problem.parameters[-1]
+    assert added.name == "bond_number"
+    assert (added.low, added.high) == pytest.approx((0.4 * effect.scale, 1.6 * effect.scale))
+    assert new.problem.fixed == {"young_modulus": 1e6}
+    assert new.problem.setups == {"hourglass": {"neck_diameter": 14e-3}}
+    assert (new.problem.targets, new.problem.held_out) == (
+        case.problem.targets,
+        case.problem.held_out,
+    )
+    for same in (
+        "plan", "interpolation", "search", "verify", "validate", "cluster", "about", "observables",
+        "conditions", "nuisances",
+    ):  # fmt: skip
+        assert getattr(new, same) == getattr(case, same), same
+    assert new.run == dataclasses.replace(case.run, shipped="")
+    assert dataclasses.replace(new.diagnosis, nuisances="") == dataclasses.replace(
+        case.diagnosis, nuisances="", shipped=""
+    )
+    assert new.truth == {}
+    for line in (
+        "with adhesion, which `calibrator diagnose` named",
+        "# Added: [parameters.bond_number].",
+        "# Taken out: fixed.bond_number = 0.1.",
+        "# Taken out: setups.hourglass.bond_number = 0.2.",
+    ):
+        assert line in path.read_text()
+
+
+@pytest.mark.parametrize("size", [-0.4, 0.0, 2.5])
+def test_the_bounds_of_the_new_parameter_are_within_what_its_column_can_take(
+    write_case, tmp_path, size
+):
+    case = read_case(write_case())
+    column = EFFECTS["wall_friction_ratio"]
+    effect = Effect("wall_friction_ratio", "+-", 0.1 + 0.2, least=-1 / (0.1 + 0.2))
+    path = write_new_case(Workspace(case, tmp_path / "results"), effect, size, float("inf"))
+    added = read_case(path).problem.parameters[-1]
+    assert column.low <= added.low < added.high <= column.high
+
+
 def test_nobody_is_told_to_measure_again_after_nothing():
-    said = sentence({**json.loads(AMBIGUOUS), "effects": ["twisting_stiffness", "tilt_deg"]})
+    said = sentence(
+        Diagnosis(
+            verdict="ambiguous",
+            effects=("twisting_stiffness", "tilt_deg"),
+            detection=Detection(chi2=30.0, degrees=9, p_chi2=0.01, p_effect=0.01),
+        )
+    )
     assert "after nothing" not in said and "after levelling the set-up" in said
 
 
@@ -183,8 +313,8 @@ def test_amplitudes_end_where_their_columns_do():
 
 def test_where_nothing_is_hidden_no_gap_is_reported_with_what_would_have_been_seen(space):
     found = diagnose(space())
-    assert found["verdict"] == "no gap"
-    assert "would have been seen" in found["sentence"] and "adhesion of" in found["sentence"]
+    assert found.verdict == "no gap"
+    assert "would have been seen" in found.sentence and "adhesion of" in found.sentence
 
 
 def test_five_numbers_against_three_parameters_cannot_tell_and_cost_no_run(
@@ -192,8 +322,10 @@ def test_five_numbers_against_three_parameters_cannot_tell_and_cost_no_run(
 ):
     space = Workspace(read_case(write_case()), tmp_path / "results" / "toy")
     found = diagnose(space)
-    assert found["verdict"] == "cannot tell" and "measure at least 5 more" in found["sentence"]
+    assert found.verdict == "cannot tell" and "measure at least 5 more" in found.sentence
     assert not (space.path / "calls.txt").exists()
+    assert space.current("diagnose", Diagnosis, diagnosis_now(space)) == found
+    assert "measure at least 5 more" in Path(write_diagnosis(space, found)).read_text()
 
 
 def test_check_says_what_the_lab_file_lacks_for_a_diagnosis_and_takes_another_one(
@@ -250,7 +382,7 @@ def test_runs_that_could_not_be_used_are_told_with_what_became_of_them(space):
     here = space()
     here.path.mkdir(parents=True)
     (here.path / "misbehave.json").write_text(json.dumps({"700000": "clog", "700001": "clog"}))
-    assert "2 of 52 runs of hourglass are left out: 2 clogged" in diagnose(here)["notes"]
+    assert "2 of 52 runs of hourglass are left out: 2 clogged" in diagnose(here).notes
 
 
 def test_runs_beyond_the_budget_are_made_only_when_the_user_agrees(write_case, fake_yade, tmp_path):
@@ -398,9 +530,9 @@ def test_a_condition_that_takes_an_effect_away_has_no_runs_with_it_and_does_not_
     assert {float(r.value("bond_number")) for r in asked} == {0.0}
     assert sum(float(r.value("bed_viscosity")) > 0 for r in asked) == case.diagnosis.effect_sets
     found = diagnose(Workspace(case, tmp_path / "results" / "toy"))
-    assert (found["verdict"], found["effects"]) == ("named", ["bond_number"])
-    used = [o["key"] for o in found["observables"] if o["used"]]
-    shifts = dict(zip(used, found["fingerprints"]["shifts"], strict=True))
+    assert (found.verdict, found.effects) == ("named", ("bond_number",))
+    used = [row.key for row in found.observables if row.used]
+    shifts = dict(zip(used, found.fingerprints.shifts, strict=True))
     assert {key: own[0] == 0 for key, own in shifts.items()} == {
         key: "dried" in key for key in shifts
     }

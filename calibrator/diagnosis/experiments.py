@@ -79,6 +79,24 @@ def experiments(case: Case, observables: Sequence[Observable]) -> list[Experimen
     return found
 
 
+def further(case: Case) -> list[Observable]:
+    """Observables under conditions that nobody has measured: those of the set-up, measured as well."""
+    rows = case.observables
+    measured = {o.condition for o in rows}
+    return [
+        Observable(c.setup, o.response, 0.0, o.scatter, o.replicates, "diagnose", name)
+        for name, c in case.conditions.items()
+        if name not in measured
+        for o in rows
+        if o.setup == c.setup and not o.condition
+    ]
+
+
+def degrees_left(case: Case) -> int:
+    """Degrees of freedom that the measurements which are not held out leave beside the parameters."""
+    return sum(o.role != "held_out" for o in case.observables) - len(case.problem.names)
+
+
 def unmeasured(case: Case) -> list[str]:
     """What the lab file lacks for a diagnosis, a sentence each; none where the case asks for no
     diagnosis.

@@ -29,6 +29,11 @@ from calibrator.diagnosis.gap import (
 )
 from calibrator.diagnosis.surfaces import Surfaces
 
+CANNOT_TELL, NO_GAP, AMBIGUOUS = "cannot tell", "no gap", "ambiguous"
+NAMED, TWO_EFFECTS = "named", "two effects"
+UNKNOWN = "unknown"  # the verdict, and the explanation that nobody has thought of
+NONE = "none"  # the explanation without any effect
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -103,7 +108,7 @@ class Verdict:
     @property
     def said(self) -> str:
         """The name where there is one, else the kind."""
-        return self.effects[0] if self.kind == "named" else self.kind
+        return self.effects[0] if self.kind == NAMED else self.kind
 
 
 def linear(
@@ -142,15 +147,15 @@ def judge(
     picture = linear(surfaces, measured, effects, used)
     detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
     if picture.project.degrees < FEWEST_DEGREES:
-        return Verdict("cannot tell", (), picture, detection)
+        return Verdict(CANNOT_TELL, (), picture, detection)
     if detection.p_effect >= rule.p_effect and detection.p_chi2 >= rule.p_chi2:
-        return Verdict("no gap", (), picture, detection)
+        return Verdict(NO_GAP, (), picture, detection)
     found = rivals(surfaces, measured, effects, used)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
     degrees, posterior = surfaces.degrees, found.posterior
     adequate = [one for one in found.single if one.adequacy(degrees) >= rule.adequacy]
     weights = dict(
-        zip(["none", *(e.name for e in effects), "unknown"], map(float, posterior), strict=True)
+        zip([NONE, *(e.name for e in effects), UNKNOWN], map(float, posterior), strict=True)
     )
     fits = {one.effects[0]: one.adequacy(degrees) for one in found.single}
 
@@ -161,28 +166,26 @@ def judge(
             else float("nan")
         )
         if p < rule.held_out:
-            kind, names, best = "ambiguous", (*names, "unknown"), None
+            kind, names, best = AMBIGUOUS, (*names, UNKNOWN), None
         return Verdict(kind, names, picture, detection, found, best, ghost, p, weights, fits)
 
     if not adequate:
         two = _pair(surfaces, measured, effects, used, rule, found)
-        return (
-            verdict("two effects", two.effects, two) if two is not None else verdict("unknown", ())
-        )
+        return verdict(TWO_EFFECTS, two.effects, two) if two is not None else verdict(UNKNOWN, ())
     best = max(adequate, key=lambda one: one.log_evidence)
     (control,) = (e.control for e in effects if e.name in best.effects)
     if not control and _nameable(
         best, found, weights, ghost, rule, len(used) - surfaces.dimensions
     ):
         if not _wants_a_second(surfaces, measured, effects, used, rule, best):
-            return verdict("named", best.effects, best)
-        return verdict("ambiguous", (*best.effects, "unknown"))
+            return verdict(NAMED, best.effects, best)
+        return verdict(AMBIGUOUS, (*best.effects, UNKNOWN))
     names = _credible_set(weights, rule.coverage)
-    if names == ("unknown",):
-        return verdict("unknown", ())
+    if names == (UNKNOWN,):
+        return verdict(UNKNOWN, ())
     if len(names) == 1:  # probable, but not clear of chance or of a rival
-        names = (*names, "unknown")
-    return verdict("ambiguous", names)
+        names = (*names, UNKNOWN)
+    return verdict(AMBIGUOUS, names)
 
 
 def withstands(
