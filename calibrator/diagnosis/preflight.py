@@ -1,5 +1,6 @@
-"""The verb `preflight`: before any laboratory work, which missing effects could be seen and told
-apart, and from what size.
+"""The verb `preflight`: which missing effects could be seen and told apart, and from what size.
+
+It is called before any laboratory work.
 """
 
 from __future__ import annotations
