@@ -14,7 +14,15 @@ import sys
 import time
 
 import numpy as np
-from yade import InteractionLoop, NewtonIntegrator, O, PyRunner, utils
+from yade import (
+    InteractionLoop,
+    Ip2_FrictMat_FrictMat_FrictPhys,
+    IPhysDispatcher,
+    NewtonIntegrator,
+    O,
+    PyRunner,
+    utils,
+)
 
 # The script's path is in argv: inside YADE __file__ is YADE's own.
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "..", "yade_scripts"))
@@ -44,6 +52,11 @@ def scene(gravity=True, **given):
 def engine(kind):
     """The engine of that class in the current scene."""
     return next(e for e in O.engines if isinstance(e, kind))
+
+
+def functor_of(one, other):
+    """The functor by which YADE makes the contacts of two materials."""
+    return engine(InteractionLoop).physDispatcher.dispFunctor(one, other)
 
 
 def run(seconds, look=lambda: None):
@@ -205,7 +218,7 @@ def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
         other = ratio * r
         r_eff = r * other / (r + other)
         if ratio != 1:
-            functor = engine(InteractionLoop).physDispatcher.functors[0]
+            functor = functor_of(grain, grain)
             functor.eta = material.grain_eta(rolling_friction, r, other)
             functor.krot = material.rolling_stiffness(p, r_eff)
         add_grain(p, -other, grain, radius=other, fixed=True)
@@ -353,10 +366,23 @@ def twisted_contact(partner, twisting_stiffness=0.5, spin=10.0):
 
 def sized_caps(size_spread=0.25, rolling_friction=0.2):
     """Rolling cap of every pair of sizes under a unit force, as YADE computes it, and as the law asks for [m]."""
-    p, _, _ = scene(size_spread=size_spread, rolling_friction=rolling_friction)
-    radii, eta = material.size_classes(p), engine(InteractionLoop).physDispatcher.functors[0].eta
+    p, grain, _ = scene(size_spread=size_spread, rolling_friction=rolling_friction)
+    radii, eta = material.size_classes(p), functor_of(grain, grain).eta
     pairs = [(a, b) for a in radii for b in radii]
     return dict(given=[eta * (a + b) / 2 for a, b in pairs], wanted=[rolling_friction * a * b / (a + b) for a, b in pairs])
+
+
+def unled_dispatch():
+    """What becomes of the two functors where the dispatcher takes a list of functors to its end."""
+    p, _, _ = scene()
+    stopper, material.IPhysFunctor = material.IPhysFunctor, Ip2_FrictMat_FrictMat_FrictPhys
+    try:
+        material.dispatch(IPhysDispatcher(), *material.contact_functors(p))
+    except RuntimeError as error:
+        return dict(error=str(error))
+    finally:
+        material.IPhysFunctor = stopper
+    return dict(error=None)
 
 
 def sizes(size_spread, count=7000):
@@ -509,6 +535,7 @@ def experiments():
     for periods, shaking_time in ((0.5, 1.0), (1.25, 1.0), (3.0, 0.5 / 50)):
         yield falling_from_a_shaken_hand, (0.8, 50.0, periods, shaking_time)
     yield sized_caps, ()
+    yield unled_dispatch, ()
     yield from ((clump, (aspect,)) for aspect in (1.3, 2.0))
     yield clump_rebound, ()
     yield clump_fall, (0.01,)
