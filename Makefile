@@ -57,7 +57,7 @@ yade:
 	if [ -n "$$missing" ]; then \
 	  sudo=$$([ $$(id -u) = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends \
-	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs Debian 12 and root or sudo" >&2; exit 1; }; \
+	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs Debian 12 or 13 and root or sudo" >&2; exit 1; }; \
 	fi
 
 # For the tests of --engine slurm: a SLURM that they start and stop themselves. Without root or sudo they are skipped.

@@ -6,9 +6,10 @@ This is the only place where friction coefficients become YADE's numbers. Three 
   with R_eff = R1 R2/(R1 + R2). For two grains R_mean = (R1 + R2)/2, so eta = 2 R1 R2/(R1 + R2)^2 mu_r, which is
   mu_r/2 for equal grains. At a wall R_eff = R, but a Hertzian wall enters YADE's mean as a sphere of
   1e8 R, so eta = 2/(1e8 + 1) mu_r there.
-* eta is one number per contact functor. Grains and walls therefore have different material *classes*, and
-  YADE's class dispatch picks the functor: PartialSatMat (used here only for its own functor) for grains,
-  FrictMat for walls.
+* eta is one number per contact functor, and only one class of functors with an eta is in every
+  build of YADE. Grains and walls therefore have materials of different *classes*, FrictMatCDM (a
+  FrictMat, taken for nothing but its class) and FrictMat, and YADE's class dispatch is led to one
+  functor for two grains and to another one of the same class for all else: see `dispatch`.
 * YADE's damped contact ends with a stretch where the damping would pull; there YADE sets F_n = 0, and where
   F_n = 0 it skips the cap, so that for the last steps of every collision the stiff rolling spring is unlimited
   (tests/physics measures the spin lost in an impact). With an adhesion, however small, YADE drops the damping
@@ -22,10 +23,10 @@ spring, decides the bulk response, soft enough for the Rayleigh time step. "epsd
 2.25 k_n mu_r^2 R_eff^2 of the older model at the same load; it gives flatter heaps, so results of the two must not be mixed.
 """
 
+import contextlib
 import math
 
-from yade import FrictMat, PartialSatMat
-from yade import Ip2_FrictMat_FrictMat_MindlinPhys, Ip2_PartialSatMat_PartialSatMat_MindlinPhys
+from yade import FrictMat, FrictMatCDM, Ip2_FrictMat_FrictMat_MindlinPhys, IPhysFunctor
 
 GRAVITY = 9.81
 WALL_RADIUS_RATIO = 1e8
@@ -195,16 +196,39 @@ def materials(p):
         poisson=p["poisson_ratio"],
         frictionAngle=math.atan(p["sliding_friction"]),
     )
-    return PartialSatMat(density=p["particle_density"], label="grain", **common), FrictMat(label="wall", **common)
+    grain = FrictMatCDM(density=p["particle_density"], label="grain", **common)
+    return grain, FrictMat(label="wall", **common)
 
 
 def contact_functors(p):
     """The two functors that turn materials into contacts: grain-grain and grain-wall."""
     r, betan = p["particle_radius"], damping_ratio(p["restitution"])
-    between_grains = Ip2_PartialSatMat_PartialSatMat_MindlinPhys(
+    between_grains = Ip2_FrictMat_FrictMat_MindlinPhys(
         betan=betan, eta=grain_eta(p["rolling_friction"]), krot=rolling_stiffness(p, r / 2), gamma=token_adhesion(p, r / 2)
     )
     at_walls = Ip2_FrictMat_FrictMat_MindlinPhys(
         betan=betan, eta=wall_eta(p["rolling_friction"]), krot=rolling_stiffness(p, r), gamma=token_adhesion(p, r)
     )
     return [between_grains, at_walls]
+
+
+def dispatch(dispatcher, between_grains, at_walls):
+    """Let YADE's dispatcher make contacts of two grains by one functor and all others by another.
+
+    Both are declared for the same pair of classes, FrictMat and FrictMat, for which the dispatcher
+    has one entry in its table. Asked for two grains, which are of a derived class, it copies that
+    entry to one of their own, and the copy stays when the entry is replaced. Setting `functors`
+    replaces it, but clears the table as its last act, so it is kept from getting there:
+    IPhysFunctor, the abstract one, has no pair of classes, and YADE raises.
+    Raises RuntimeError where a build of YADE works in another way: no run may go on with a wrong
+    rolling cap.
+    """
+    grain, wall = FrictMatCDM(), FrictMat()
+    dispatcher.functors = [between_grains]
+    dispatcher.dispFunctor(grain, grain)
+    with contextlib.suppress(RuntimeError):
+        dispatcher.functors = [at_walls, IPhysFunctor()]
+    pairs = ((grain, grain), (grain, wall), (wall, grain))
+    if [dispatcher.dispFunctor(*pair) for pair in pairs] != [between_grains, at_walls, at_walls]:
+        remedy = "use YADE 2023.02a or 2025.2.0"
+        raise RuntimeError("this YADE gives grains and walls the same rolling cap: " + remedy)

@@ -93,14 +93,20 @@ def engines(p):
     between_grains, at_walls = material.contact_functors(p)
     integrator = NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY))
     effects.start(p, between_grains, at_walls, integrator)
+    contacts = InteractionLoop(
+        [
+            Ig2_Sphere_Sphere_ScGeom(),
+            Ig2_Facet_Sphere_ScGeom(hertzian=True),
+            Ig2_Wall_Sphere_ScGeom(hertzian=True),
+        ],
+        [between_grains],
+        [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True)],
+    )
+    material.dispatch(contacts.physDispatcher, between_grains, at_walls)
     return [
         ForceResetter(),
         InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()], verletDist=0.2 * p["particle_radius"]),
-        InteractionLoop(
-            [Ig2_Sphere_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom(hertzian=True), Ig2_Wall_Sphere_ScGeom(hertzian=True)],
-            [between_grains, at_walls],
-            [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True)],
-        ),
+        contacts,
         integrator,
     ]
 

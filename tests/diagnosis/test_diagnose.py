@@ -122,7 +122,7 @@ def test_an_outcome_is_believed_while_the_case_and_the_runs_are_those_it_was_com
 
     corrected = dataclasses.replace(case.observables[0], value=1500.0)
     lab_changed = stale(observables=(corrected, *case.observables[1:]))
-    with pytest.raises(CalibratorError, match="^measurements changed since diagnose: run"):
+    with pytest.raises(CalibratorError, match=r"^measurements changed since diagnose: run"):
         lab_changed.current("diagnose", Diagnosis, diagnosis_now(lab_changed))
     # the values play no part in a pre-flight
     lab_changed.current("preflight", Preflight, preflight_now(lab_changed))
@@ -137,7 +137,7 @@ def test_an_outcome_is_believed_while_the_case_and_the_runs_are_those_it_was_com
     richer.current("diagnose", Diagnosis, diagnosis_now(richer))
     confirming = Database.read(here.path / "diagnosis_confirmed.csv").records
     here.runs.record(next(iter(confirming.values())).request).unlink()
-    with pytest.raises(CalibratorError, match="^records changed since diagnose: run"):
+    with pytest.raises(CalibratorError, match=r"^records changed since diagnose: run"):
         here.current("diagnose", Diagnosis, diagnosis_now(here))
     here.current("preflight", Preflight, preflight_now(here))  # it has used no such run
 

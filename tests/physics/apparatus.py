@@ -6,7 +6,7 @@ import contract
 import material
 import session
 import stop
-from yade import NewtonIntegrator, O, utils
+from yade import InteractionLoop, NewtonIntegrator, O, utils
 
 SETUP = "conical_pile"  # any set-up would do: the parameters of the contact law are common to all
 FAR = 0.2  # half width [m] of a floor: no grain reaches its rim
@@ -25,6 +25,11 @@ def scene(gravity=True, **given):
 def engine(kind):
     """The engine of that class in the current scene."""
     return next(e for e in O.engines if isinstance(e, kind))
+
+
+def functor_of(one, other):
+    """The functor by which YADE makes the contacts of two materials."""
+    return engine(InteractionLoop).physDispatcher.dispFunctor(one, other)
 
 
 def run(seconds, look=lambda: None):

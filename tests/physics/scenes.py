@@ -23,6 +23,7 @@ from scenes_contact import (
     sliding_impact,
     spinning,
     spinning_impact,
+    unled_dispatch,
 )
 from scenes_effects import (
     clump,
@@ -66,6 +67,7 @@ def experiments():
     for periods, shaking_time in ((0.5, 1.0), (1.25, 1.0), (3.0, 0.5 / 50)):
         yield falling_from_a_shaken_hand, (0.8, 50.0, periods, shaking_time)
     yield sized_caps, ()
+    yield unled_dispatch, ()
     yield from ((clump, (aspect,)) for aspect in (1.3, 2.0))
     yield clump_rebound, ()
     yield clump_fall, (0.01,)

@@ -7,13 +7,13 @@ from apparatus import (
     add_grain,
     contacts,
     effective_radius,
-    engine,
+    functor_of,
     grain_weight,
     run,
     scene,
     static_overlap,
 )
-from yade import InteractionLoop, O
+from yade import Ip2_FrictMat_FrictMat_FrictPhys, IPhysDispatcher, O
 
 
 def rebound(partner, restitution, speed=0.1):
@@ -137,7 +137,7 @@ def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
         other = ratio * r
         r_eff = r * other / (r + other)
         if ratio != 1:
-            functor = engine(InteractionLoop).physDispatcher.functors[0]
+            functor = functor_of(grain, grain)
             functor.eta = material.grain_eta(rolling_friction, r, other)
             functor.krot = material.rolling_stiffness(p, r_eff)
         add_grain(p, -other, grain, radius=other, fixed=True)
@@ -194,3 +194,16 @@ def spinning(kind, spin=10.0):
     body = add_grain(p, r - static_overlap(p, grain_weight(p), r), grain, spin=(0, 0, spin))
     run(0.1)
     return dict(before=spin, after=body.state.angVel[2])
+
+
+def unled_dispatch():
+    """What becomes of the two functors where the dispatcher takes a list to its end."""
+    p, _, _ = scene()
+    stopper, material.IPhysFunctor = material.IPhysFunctor, Ip2_FrictMat_FrictMat_FrictPhys
+    try:
+        material.dispatch(IPhysDispatcher(), *material.contact_functors(p))
+    except RuntimeError as error:
+        return dict(error=str(error))
+    finally:
+        material.IPhysFunctor = stopper
+    return dict(error=None)

@@ -9,12 +9,12 @@ from apparatus import (
     add_grain,
     contacts,
     effective_radius,
-    engine,
+    functor_of,
     grain_weight,
     run,
     scene,
 )
-from yade import InteractionLoop, O
+from yade import O
 
 
 def pull_off(partner, bond_number=0.7):
@@ -114,8 +114,8 @@ def twisted_contact(partner, twisting_stiffness=0.5, spin=10.0):
 
 def sized_caps(size_spread=0.25, rolling_friction=0.2):
     """Rolling cap [m] of every pair of sizes under a unit force, as computed and as wanted."""
-    p, _, _ = scene(size_spread=size_spread, rolling_friction=rolling_friction)
-    radii, eta = material.size_classes(p), engine(InteractionLoop).physDispatcher.functors[0].eta
+    p, grain, _ = scene(size_spread=size_spread, rolling_friction=rolling_friction)
+    radii, eta = material.size_classes(p), functor_of(grain, grain).eta
     pairs = [(a, b) for a in radii for b in radii]
     return dict(
         given=[eta * (a + b) / 2 for a, b in pairs],

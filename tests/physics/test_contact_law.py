@@ -122,6 +122,11 @@ def test_rolling_moment_is_capped_at_mu_r_times_R_eff_times_the_normal_force(mea
     assert m["largest_moment"] == pytest.approx(expected, rel=0.01)
 
 
+def test_a_yade_that_cannot_tell_grains_from_walls_ends_the_run(measured):
+    """The caps rest on a habit of YADE's dispatcher (material.dispatch) that a build may drop."""
+    assert "the same rolling cap" in measured("unled_dispatch")["error"]
+
+
 @pytest.mark.parametrize("restitution", [0.5, 0.9])
 @pytest.mark.parametrize("partner", PARTNERS)
 def test_impact_takes_no_more_spin_than_the_capped_rolling_moment_can(
