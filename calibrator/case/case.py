@@ -29,7 +29,8 @@ class Case:
     """Everything one calibration needs.
 
     path : the TOML file; measured : the lab file; truth : the known answer of a synthetic lab (or
-    empty).
+    empty). Raises CalibratorError for a plan of more than MOST_RUNS runs, and for a shipped
+    database outside the case's folder.
     """
 
     name: str
@@ -73,9 +74,9 @@ class Case:
 
     @property
     def shipped(self) -> Path | None:
-        """The response database that may serve as a start, relative to the case file;
+        """The response database that may serve as a start; None where none is named.
 
-        None where none is named.
+        Its path is taken relative to the case file.
         """
         return named_file(self.path, self.run.shipped, "shipped") if self.run.shipped else None
 

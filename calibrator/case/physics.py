@@ -1,6 +1,6 @@
-"""Formulas of the contact that both sides know:
+"""Formulas of the contact that both sides know: Rayleigh time, contact time, time step.
 
-Rayleigh time, contact time, the scripts' time step.
+They repeat those of yade_scripts/material.py, because the two Pythons never import each other.
 """
 
 from __future__ import annotations
@@ -15,6 +15,11 @@ Columns = Mapping[str, np.ndarray | float]
 # Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is
 # unbiased and the bulk responses do not move (benchmarks/same_responses.py).
 LARGEST_SHARE = 0.4
+
+LARGEST_STEP_SHARE = 0.28
+"""The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
+
+GRAVITY = 9.81  # m/s2
 
 
 def rayleigh_time(columns: Columns) -> np.ndarray:
@@ -31,8 +36,9 @@ def rayleigh_time(columns: Columns) -> np.ndarray:
 
 
 def time_step_warning(time_step: float, columns: Columns) -> str | None:
-    """One line if time_step [s] exceeds LARGEST_SHARE of the smallest Rayleigh time among the
-    columns, else None.
+    """A warning if time_step [s] exceeds LARGEST_SHARE of the smallest Rayleigh time, else None.
+
+    columns : as for `rayleigh_time`. The warning is one line.
     """
     shortest = float(np.min(rayleigh_time(columns)))
     if time_step <= LARGEST_SHARE * shortest:
@@ -44,15 +50,12 @@ def time_step_warning(time_step: float, columns: Columns) -> str | None:
     )
 
 
-LARGEST_STEP_SHARE = 0.28
-"""The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
-
-
-GRAVITY = 9.81
-
-
 def time_step(p: Mapping[str, float]) -> float:
-    """The scripts' time step [s] for grains of one size: yade_scripts/material.py."""
+    """The scripts' time step [s] for grains of one size; p : the parameters that are numbers.
+
+    As in yade_scripts/material.py: a time step that is given, or the smaller of the shares of
+    Rayleigh time and contact time.
+    """
     rayleigh = float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
     return p["time_step"] or min(
         p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p)
@@ -60,8 +63,10 @@ def time_step(p: Mapping[str, float]) -> float:
 
 
 def contact_time(p: Mapping[str, float]) -> float:
-    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact under five grain weights:
-    yade_scripts/material.py.
+    """Time sqrt(I / krot) [s] of a grain that rolls on a contact under five grain weights.
+
+    As in yade_scripts/material.py: I = 2/5 m r^2, and krot from Mindlin's shear stiffness at the
+    overlap of Hertz's law under that weight.
     """
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
     mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
