@@ -29,7 +29,8 @@ class Observable:
 
     value and scatter (standard deviation of one replicate, 0: unknown) in the response's unit;
     replicates is how many measurements the value averages; role: used to calibrate, only to
-    diagnose a gap, or held out. Raises CalibratorError for what no laboratory can have measured.
+    diagnose a gap, or held out. Raises CalibratorError for an unknown name, a value that is not
+    finite, and a condition on what is to be calibrated.
     """
 
     setup: str
