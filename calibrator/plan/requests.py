@@ -18,19 +18,16 @@ from calibrator.runs.request import Request
 
 
 def design_points(case: Case) -> np.ndarray:
-    """Parameter sets of the database, shape (n, d); those it starts with where the design is
-    adaptive.
-    """
-    return (
-        full_grid(case.problem)
-        if case.plan.design == "grid"
-        else sobol(case.problem, case.plan.sets)
-    )
+    """Parameter sets (n, d) of the database; those it starts with where the design is adaptive."""
+    if case.plan.design == "grid":
+        return full_grid(case.problem)
+    return sobol(case.problem, case.plan.sets)
 
 
 def plan_requests(case: Case) -> list[Request]:
-    """Every run of the database: each set-up that has a target, each set, each replicate with a
-    seed of its own.
+    """Every run of the database: each set-up with a target, each set, each replicate.
+
+    Each has a seed of its own.
     """
     plan, replicated = case.plan, case.plan.replicated_sets
     if plan.design == "adaptive":
@@ -42,9 +39,8 @@ def plan_requests(case: Case) -> list[Request]:
             make_request(case, setup, p, plan.seed + SEED_STRIDE * i)
             for i, p in enumerate(design_points(case))
         ]
-        cheapest = set(
-            np.argsort(core_seconds(first), kind="stable")[: replicated or None].tolist()
-        )
+        order = np.argsort(core_seconds(first), kind="stable")
+        cheapest = set(order[: replicated or None].tolist())
         for i, request in enumerate(first):
             seed, count = plan.seed + SEED_STRIDE * i, plan.replicates if i in cheapest else 1
             requests += [request, *(request.with_seed(seed + j) for j in range(1, count))]
@@ -81,8 +77,10 @@ def make_request(
 
 
 def belongs(case: Case, request: Request) -> bool:
-    """Whether a run is one of this case's: its set-up, its fixed values, and a parameter set inside
-    its box.
+    """Whether a run is one of this case's.
+
+    Its set-up is calibrated, its fixed values are the case's, and its parameter set lies in the
+    box.
     """
     if request.setup not in case.problem.calibration_setups:
         return False
@@ -93,11 +91,10 @@ def belongs(case: Case, request: Request) -> bool:
 
 
 def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:
-    """One more run with another seed for each clogged one, at most `limit` times for the same
-    original.
+    """One more run with another seed for each clogged one.
 
-    The clogged runs stay in the database and are counted: what a clogged run has no discharge time
-    for, its substitute measures.
+    There are at most `limit` for the same original. The clogged runs stay in the database and are
+    counted: what a clogged run has no discharge time for, its substitute measures.
     """
     again = []
     for record in records:
