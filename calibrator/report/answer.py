@@ -20,7 +20,8 @@ from calibrator.report.words import (
     words,
 )
 from calibrator.responses.objectives import OBJECTIVES
-from calibrator.search.outcome import COMPROMISE, Candidate
+from calibrator.search.outcome import COMPROMISE
+from calibrator.search.parts import Candidate
 
 # What was asked, and the answer
 

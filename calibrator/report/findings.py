@@ -19,13 +19,8 @@ from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant, Learnt
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Outcome, Workspace, for_new_seeds
-from calibrator.search.outcome import (
-    Calibration,
-    Candidate,
-    Traces,
-    current_calibration,
-    read_traces,
-)
+from calibrator.search.outcome import Calibration, Traces, current_calibration, read_traces
+from calibrator.search.parts import Candidate
 from calibrator.verification.outcome import Validation, Verification
 from calibrator.verification.verify import (
     Requests,
