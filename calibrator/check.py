@@ -11,7 +11,9 @@ from calibrator.case.physics import rayleigh_time, time_step_warning
 from calibrator.case.problem import known
 from calibrator.case.vocabulary import SETUPS
 from calibrator.diagnosis.experiments import unmeasured
+from calibrator.errors import CalibratorError
 from calibrator.plan.requests import design_points, plan_requests
+from calibrator.plan.seeds import overlapping
 from calibrator.responses.objectives import OBJECTIVES
 from calibrator.runs.engines import ENGINES
 from calibrator.runs.setups import geometry_warnings
@@ -41,6 +43,8 @@ def check_case(space: Workspace) -> Checked:
     case = space.case
     for name in case.search.objectives:
         known(name, OBJECTIVES, "objective")
+    if meeting := overlapping(case):
+        raise CalibratorError("; ".join(meeting[:3]))
     requests = plan_requests(case)
     probes = [next((r for r in requests if r.setup == setup), None) for setup in SETUPS]
     warnings = [w for probe in probes if probe is not None for w in geometry_warnings(probe)]

@@ -44,7 +44,7 @@ from calibrator.report.page import write_report
 from calibrator.responses.table import response_table
 from calibrator.runs import batch
 from calibrator.runs.database import Database
-from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.folder import Failure, RunFolder, gather
 from calibrator.runs.request import Request, write_table
 from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
@@ -70,9 +70,7 @@ def write_records(
     """A record for each request with made-up responses (n, m); one in LOST is a failure instead."""
     folder.prepare()
     failed = requests[::LOST]
-    folder.write_failures(
-        {r.run_id: {"kind": "crash", "message": "made up", "attempts": 2} for r in failed}
-    )
+    folder.write_failures({r.run_id: Failure("crash", "made up", 2) for r in failed})
     for index, (request, row) in enumerate(zip(requests, responses, strict=True)):
         if index % LOST:
             record = {

@@ -19,6 +19,7 @@ from calibrator.case.settings import (
     Replicates,
     Running,
     Search,
+    Validation,
 )
 from calibrator.errors import CalibratorError
 from calibrator.files import named_file
@@ -40,7 +41,7 @@ class Case:
     interpolation: Interpolation = field(default_factory=Interpolation)
     search: Search = field(default_factory=Search)
     verify: Replicates = field(default_factory=Replicates)
-    validate: Replicates = field(default_factory=lambda: Replicates(3, 600_000, 0))
+    validate: Validation = field(default_factory=lambda: Validation(3, spread_replicates=0))
     run: Running = field(default_factory=Running)
     cluster: Cluster = field(default_factory=Cluster)
     truth: dict[str, float] = field(default_factory=dict)

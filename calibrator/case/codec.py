@@ -198,10 +198,10 @@ def schema_of(kind: Any) -> Table:
     if origin in (types.UnionType, typing.Union):
         return {"anyOf": [schema_of(one) for one in inner]}
     if origin is tuple:
-        whole = len(inner) == 2 and inner[1] is Ellipsis
-        items = {"items": schema_of(inner[0])}
-        ends = {"prefixItems": [schema_of(one) for one in inner], "items": False}
-        return {"type": "array", **(items if whole else ends)}
+        if len(inner) == 2 and inner[1] is Ellipsis:
+            return {"type": "array", "items": schema_of(inner[0])}
+        count, places = len(inner), [schema_of(one) for one in inner]
+        return {"type": "array", "prefixItems": places, "items": False, "minItems": count}
     if origin is dict:
         return {"type": "object", "additionalProperties": schema_of(inner[1])}
     return dict(_SCHEMAS[kind])

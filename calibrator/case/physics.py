@@ -1,7 +1,4 @@
-"""Formulas of the contact that both sides know: Rayleigh time, contact time, time step.
-
-They repeat those of yade_scripts/material.py, because the two Pythons never import each other.
-"""
+"""Formulas of the contact that both sides know: Rayleigh time, contact time, time step."""
 
 from __future__ import annotations
 
@@ -11,15 +8,18 @@ from collections.abc import Mapping
 import numpy as np
 
 Columns = Mapping[str, np.ndarray | float]
+"""Parameters by name [SI], each a number or of one shape."""
 
-# Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is
-# unbiased and the bulk responses do not move (benchmarks/same_responses.py).
+GRAVITY = 9.81
+"""[m/s2]"""
+
 LARGEST_SHARE = 0.4
+"""Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is
+unbiased and the bulk responses do not move (benchmarks/runs/same_responses.py).
+"""
 
 LARGEST_STEP_SHARE = 0.28
 """The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
-
-GRAVITY = 9.81  # m/s2
 
 
 def rayleigh_time(columns: Columns) -> np.ndarray:
@@ -36,10 +36,7 @@ def rayleigh_time(columns: Columns) -> np.ndarray:
 
 
 def time_step_warning(time_step: float, columns: Columns) -> str | None:
-    """A warning if time_step [s] exceeds LARGEST_SHARE of the smallest Rayleigh time, else None.
-
-    columns : as for `rayleigh_time`. The warning is one line.
-    """
+    """One line if a time step [s] is too large for the smallest Rayleigh time, else None."""
     shortest = float(np.min(rayleigh_time(columns)))
     if time_step <= LARGEST_SHARE * shortest:
         return None
@@ -51,11 +48,7 @@ def time_step_warning(time_step: float, columns: Columns) -> str | None:
 
 
 def time_step(p: Mapping[str, float]) -> float:
-    """The scripts' time step [s] for grains of one size; p : the parameters that are numbers.
-
-    As in yade_scripts/material.py: a time step that is given, or the smaller of the shares of
-    Rayleigh time and contact time.
-    """
+    """The scripts' time step [s] for grains of one size: yade_scripts/material.py."""
     rayleigh = float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
     return p["time_step"] or min(
         p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p)
@@ -63,10 +56,9 @@ def time_step(p: Mapping[str, float]) -> float:
 
 
 def contact_time(p: Mapping[str, float]) -> float:
-    """Time sqrt(I / krot) [s] of a grain that rolls on a contact under five grain weights.
+    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact.
 
-    As in yade_scripts/material.py: I = 2/5 m r^2, and krot from Mindlin's shear stiffness at the
-    overlap of Hertz's law under that weight.
+    The contact carries five grain weights, as in yade_scripts/material.py.
     """
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
     mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]

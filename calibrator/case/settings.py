@@ -125,6 +125,13 @@ class Replicates:
 
 
 @dataclass(frozen=True)
+class Validation(Replicates):
+    """Fresh seeds for validation, which are none of the verification's."""
+
+    seed: int = 600_000
+
+
+@dataclass(frozen=True)
 class Running:
     """How runs are carried out.
 

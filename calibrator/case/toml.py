@@ -21,6 +21,7 @@ from calibrator.case.settings import (
     Replicates,
     Running,
     Search,
+    Validation,
 )
 from calibrator.case.vocabulary import PARAMETERS, SETUPS, parameters_of
 from calibrator.errors import CalibratorError
@@ -34,7 +35,7 @@ SECTIONS = {
     "interpolation": Interpolation,
     "search": Search,
     "verify": Replicates,
-    "validate": Replicates,
+    "validate": Validation,
     "run": Running,
     "cluster": Cluster,
     "diagnosis": Diagnosis,

@@ -21,8 +21,7 @@ from calibrator.diagnosis.runs import Scene, by_experiment, carried_out, finite,
 from calibrator.diagnosis.sentence import cannot_tell, sentence
 from calibrator.diagnosis.verdict import Linear, Rule, Verdict, judge
 from calibrator.errors import CalibratorError
-from calibrator.plan import seeds
-from calibrator.plan.seeds import CONFIRM_SEED
+from calibrator.plan.seeds import confirm_seed
 from calibrator.runs.database import Database
 from calibrator.runs.request import Request
 from calibrator.runs.workspace import Report, Workspace, made_by, silent
@@ -208,7 +207,6 @@ def _fresh(space: Workspace, scene: Scene, one: Explanation, index: int) -> list
     several apart.
     """
     case, at = space.case, ex.point(space.case, one.unit)
-    first = case.diagnosis.seed + CONFIRM_SEED + seeds.SET_STRIDE * index
     sizes = zip(scene.effects, one.amplitude, strict=True)
     added = {
         effect.name: ex.column_value(effect, size)
@@ -217,7 +215,7 @@ def _fresh(space: Workspace, scene: Scene, one: Explanation, index: int) -> list
     }
     return [
         [
-            ex.request(case, e, at, first + seeds.EXPERIMENT_STRIDE * i + j, added)
+            ex.request(case, e, at, confirm_seed(case, i, index, j), added)
             for j in range(case.diagnosis.verify_replicates)
         ]
         for i, e in enumerate(scene.experiments)

@@ -17,7 +17,7 @@ from calibrator.diagnosis.explanations import LARGEST, Effect
 from calibrator.diagnosis.gap import FEWEST_DEGREES
 from calibrator.plan.design import cells
 from calibrator.plan.requests import make_request
-from calibrator.plan.seeds import CHANGE_SEED, EXPERIMENT_STRIDE, SET_STRIDE
+from calibrator.plan.seeds import change_seed, experiment_seed
 from calibrator.runs.request import Request
 
 AMPLITUDES = (0.5, 0.75, 1.0, 1.5)  # of an effect's runs, in plausible scales
@@ -143,7 +143,7 @@ def plain_requests(
     settings = case.diagnosis
     return [
         [
-            request(case, e, point, _first_seed(case, i) + SET_STRIDE * j + k)
+            request(case, e, point, experiment_seed(case, i, j, k))
             for j, point in enumerate(points)
             for k in range(settings.replicates)
         ]
@@ -174,16 +174,18 @@ def effects_in(experiment: Experiment, effects: Sequence[Effect]) -> list[Effect
 def _changes(
     case: Case, index: int, experiment: Experiment, effects: Sequence[Effect], points: np.ndarray
 ) -> list[Request]:
-    seed, count = _first_seed(case, index) + CHANGE_SEED, case.diagnosis.effect_sets
+    count = case.diagnosis.effect_sets
     # of the parameters and of the amplitude, which must not go together
     shares = cells(len(case.problem.names) + 1, count)
-    requests = [request(case, experiment, p, seed + SET_STRIDE * j) for j, p in enumerate(points)]
+    requests = [
+        request(case, experiment, p, change_seed(case, index, j)) for j, p in enumerate(points)
+    ]
     for effect in effects_in(experiment, effects):
         k = effects.index(effect)
         for j, own in enumerate(shares):
             added = {effect.name: column_value(effect, amplitude(effect, own[-1]))}
-            first = seed + SET_STRIDE * (len(points) + count * k + j)
-            requests.append(request(case, experiment, point(case, own[:-1]), first, added))
+            seed = change_seed(case, index, len(points) + count * k + j)
+            requests.append(request(case, experiment, point(case, own[:-1]), seed, added))
     return requests
 
 
@@ -201,10 +203,6 @@ def column_value(effect: Effect, size: float) -> float:
     default = EFFECTS[effect.name].default
     assert isinstance(default, (int, float))
     return float(default + size * effect.scale)
-
-
-def _first_seed(case: Case, index: int) -> int:
-    return case.diagnosis.seed + EXPERIMENT_STRIDE * index
 
 
 def point(case: Case, unit: np.ndarray) -> np.ndarray:

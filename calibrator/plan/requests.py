@@ -11,7 +11,7 @@ from calibrator.case.problem import Value
 from calibrator.case.settings import Replicates
 from calibrator.case.vocabulary import parameters_of
 from calibrator.plan.design import full_grid, sobol
-from calibrator.plan.seeds import SEED_STRIDE, SUBSTITUTE_SEED
+from calibrator.plan.seeds import plan_seed, substitute_seed, verification_seed
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -25,9 +25,9 @@ def design_points(case: Case) -> np.ndarray:
 
 
 def plan_requests(case: Case) -> list[Request]:
-    """Every run of the database: each set-up with a target, each set, each replicate.
+    """Every run of the database.
 
-    Each has a seed of its own.
+    Each set-up that has a target at each set, its replicates with seeds of their own.
     """
     plan, replicated = case.plan, case.plan.replicated_sets
     if plan.design == "adaptive":
@@ -36,14 +36,15 @@ def plan_requests(case: Case) -> list[Request]:
     requests = []
     for setup in case.problem.calibration_setups:
         first = [
-            make_request(case, setup, p, plan.seed + SEED_STRIDE * i)
+            make_request(case, setup, p, plan_seed(case, i))
             for i, p in enumerate(design_points(case))
         ]
         order = np.argsort(core_seconds(first), kind="stable")
         cheapest = set(order[: replicated or None].tolist())
         for i, request in enumerate(first):
-            seed, count = plan.seed + SEED_STRIDE * i, plan.replicates if i in cheapest else 1
-            requests += [request, *(request.with_seed(seed + j) for j in range(1, count))]
+            count = plan.replicates if i in cheapest else 1
+            more = (request.with_seed(plan_seed(case, i, j)) for j in range(1, count))
+            requests += [request, *more]
     return requests
 
 
@@ -52,7 +53,7 @@ def replicate_requests(
 ) -> list[Request]:
     """Fresh seeds of one candidate; `index` keeps the seeds of several candidates apart."""
     return [
-        make_request(case, setup, point, fresh.seed + SEED_STRIDE * index + j)
+        make_request(case, setup, point, verification_seed(fresh, index, j))
         for j in range(fresh.replicates)
     ]
 
@@ -79,8 +80,7 @@ def make_request(
 def belongs(case: Case, request: Request) -> bool:
     """Whether a run is one of this case's.
 
-    Its set-up is calibrated, its fixed values are the case's, and its parameter set lies in the
-    box.
+    It has one of its set-ups, its fixed values, and a parameter set inside its box.
     """
     if request.setup not in case.problem.calibration_setups:
         return False
@@ -91,14 +91,14 @@ def belongs(case: Case, request: Request) -> bool:
 
 
 def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:
-    """One more run with another seed for each clogged one.
+    """One more run with another seed for each clogged one, `limit` times for an original at most.
 
-    There are at most `limit` for the same original. The clogged runs stay in the database and are
-    counted: what a clogged run has no discharge time for, its substitute measures.
+    The clogged runs stay in the database and are counted: what a clogged run has no discharge time
+    for, its substitute measures.
     """
     again = []
     for record in records:
-        seed = int(record.request.parameters["seed"])
-        if record.status == "clogged" and seed < SUBSTITUTE_SEED * limit:
-            again.append(record.request.with_seed(seed + SUBSTITUTE_SEED))
+        seed = substitute_seed(int(record.request.parameters["seed"]), limit)
+        if record.status == "clogged" and seed is not None:
+            again.append(record.request.with_seed(seed))
     return again

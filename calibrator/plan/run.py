@@ -16,7 +16,7 @@ from calibrator.plan.adaptive import Proposal, propose
 from calibrator.plan.adaptive import Settings as AdaptiveSettings
 from calibrator.plan.outcome import Collection, rests_on
 from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
-from calibrator.plan.seeds import PROPOSED_SEED
+from calibrator.plan.seeds import proposed_seed
 from calibrator.responses.table import response_table
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
@@ -66,10 +66,9 @@ def _run_adaptively(space: Workspace, report: Report) -> Collection:
         )
         if proposal.stops:
             break
-        seed = case.plan.seed + PROPOSED_SEED + len(records)
         setups = case.problem.calibration_setups
         requests = [
-            make_request(case, s, point, seed + i)
+            make_request(case, s, point, proposed_seed(case, len(records) + i))
             for i, point in enumerate(proposal.points)
             for s in setups
         ]

@@ -11,18 +11,19 @@ from calibrator.runs.request import Request
 from calibrator.runs.setups import particles, steps
 
 PARTICLE_STEPS_PER_SECOND = 1.9e6
-"""Particle-steps a second and core: grains at the start times steps, measured by benchmarks/rate.py
-on 1,400 grains.
+"""Particle-steps a second and core: grains at the start times steps, measured on 1,400 of them by
+benchmarks/rate.py.
 """
 
 
 def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -> np.ndarray:
-    """Predicted core-seconds (n,) of each request, corrected per set-up by the median of what
-    finished runs took.
+    """Predicted core-seconds (n,) of each request.
+
+    What finished runs took corrects them, by the median of its ratio to the prediction, per set-up.
     """
     ratios: dict[str, list[float]] = {}
     for record in finished:
-        spent = sum(record.diagnostics.get(k, 0.0) for k in ("filling_cpu", "release_cpu"))
+        spent = sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
         if record.status == "ok" and spent > 0:
             ratios.setdefault(record.request.setup, []).append(spent / _predicted(record.request))
     correction = {setup: float(np.median(values)) for setup, values in ratios.items()}

@@ -1,5 +1,6 @@
-"""The response database: one CSV row per finished run, with units and provenance, and nothing that
-depends on timing.
+"""The response database: one CSV row per finished run, with units and provenance.
+
+Nothing in it depends on timing: the same runs give the same bytes.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class Database:
         return [self.records[r.run_id] for r in requests if r.run_id in self.records]
 
     def write(self, path: Path, note: str = "") -> None:
-        """Write the CSV atomically, rows sorted by set-up and run id: equal runs give equal bytes."""
+        """Write the CSV atomically, rows sorted by set-up and run id; note : lines of its head."""
         rows = sorted(self.records.values(), key=lambda r: (r.request.setup, r.run_id))
         parameters = [n for n in PARAMETERS if any(n in r.request.parameters for r in rows)]
         responses = [n for n in RESPONSES if any(n in r.responses for r in rows)]
@@ -62,7 +63,10 @@ class Database:
 
     @classmethod
     def read(cls, path: Path) -> Database:
-        """Read a CSV that `write` made. Raises CalibratorError with the line and the remedy."""
+        """Read a CSV that `write` made.
+
+        Raises CalibratorError, with the line and the remedy, where it is none.
+        """
         try:
             lines = read_text(path).splitlines(keepends=True)
         except OSError as error:

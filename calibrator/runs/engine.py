@@ -20,22 +20,20 @@ class Engine(ABC):
 
     `run` asks for four things only, and believes nothing but records: an engine may die, or be
     killed, at any time.
-
-    Attributes
-    ----------
-    pause : seconds between two polls; cores : runs that are made at a time, None where that is up
-        to a queue; advice : why runs that were submitted may not even have started, and what to do.
     """
 
     cores: int | None = None
+    """Runs that are made at a time; None where that is up to a queue."""
 
     @property
     @abstractmethod
-    def pause(self) -> float: ...
+    def pause(self) -> float:
+        """Seconds between two polls."""
 
     @property
     @abstractmethod
-    def advice(self) -> str: ...
+    def advice(self) -> str:
+        """Why runs that were submitted may not even have started, and what to do."""
 
     @abstractmethod
     def require(self) -> None:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from calibrator.runs.folder import RETRIED, RunFolder
+from calibrator.runs.folder import RETRIED, Failure, RunFolder
 from calibrator.runs.record import InvalidRecord, read_record
 from calibrator.runs.request import Request
 
@@ -17,11 +17,12 @@ def note_failures(
     batch: Sequence[Request],
     verdicts: Mapping[str, tuple[str, str]] | None = None,
 ) -> None:
-    """Count an attempt for each run that left no good record, with the kind and reason that its log
-    shows.
+    """Count an attempt for each run that left no good record, with its kind and reason.
 
-    verdicts : {run id: (kind, message)} of runs without a record about which more is known than
-    their log says
+    Parameters
+    ----------
+    verdicts : kind and message by run id, of runs without a record about which more is known than
+        their log says.
     """
     failures = folder.failures()
     for request in batch:
@@ -31,29 +32,24 @@ def note_failures(
         except (FileNotFoundError, InvalidRecord) as error:
             known = (verdicts or {}).get(request.run_id)
             if known is None and not _started(folder.log(request)):
-                # that yade-batch died, or YADE went missing, is no failure of the runs that were to
-                # come
+                # that yade-batch died, or YADE went missing, is no failure of runs still to come
                 continue
             kind, message = known or _verdict_from_log(folder.log(request), error)
         if kind in RETRIED:
-            failures[request.run_id] = {
-                "kind": kind,
-                "message": message,
-                "attempts": failed_attempts(failures, request) + 1,
-            }
+            attempts = failed_attempts(failures, request) + 1
+            failures[request.run_id] = Failure(kind, message, attempts)
         else:
             failures.pop(request.run_id, None)
     folder.write_failures(failures)
 
 
-def failed_attempts(failures: dict[str, dict[str, str | int]], request: Request) -> int:
+def failed_attempts(failures: Mapping[str, Failure], request: Request) -> int:
     """How often a run has failed, by the list of failures."""
-    return int(failures[request.run_id]["attempts"]) if request.run_id in failures else 0
+    return failures[request.run_id].attempts if request.run_id in failures else 0
 
 
 def exit_code(log_file: Path) -> int | None:
-    """Exit code of a run, 128 + n where signal n killed it; None where yade-batch has not appended
-    its summary to the log.
+    """Exit code of a run, 128 + n where signal n killed it; None where its log ends without one.
 
     What yade-batch writes is the status of the shell that it has started the run in, or of the run
     itself.
@@ -68,8 +64,9 @@ def _text(log_file: Path) -> str:
 
 
 def _started(log_file: Path) -> bool:
-    """Whether a run got as far as YADE: it has a log, and that does not say that a program was
-    missing (126, 127).
+    """Whether a run got as far as YADE.
+
+    It has a log then, and that does not say that a program was missing (126, 127).
     """
     return log_file.is_file() and exit_code(log_file) not in (126, 127)
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import fcntl
 import json
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +25,18 @@ RETRIED = ("crash", "lost", "timeout")
 A retry of the same request gives the same bits, so the other kinds would fail again.
 """
 
-
 FOLDERS = ("records", "logs", "batches", "locks")
 ROOM = 2**20
 """Bytes that must fit into each folder: what a run of some ten thousand grains leaves."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a run ended without a good record: its kind, of RETRIED, in words, and how often."""
+
+    kind: str
+    message: str
+    attempts: int
 
 
 class RunFolder:
@@ -47,8 +57,11 @@ class RunFolder:
         """The output of the last attempt at a request."""
         return self.path / "logs" / f"{request.run_id}.log"
 
-    def failures(self) -> dict[str, dict[str, str | int]]:
-        """{run id: kind, message and attempts} of the runs that ended without a good record."""
+    def failures(self) -> dict[str, Failure]:
+        """Why runs ended without a good record, by run id.
+
+        Raises CalibratorError where the list is damaged.
+        """
         try:
             return _checked_failures(
                 parse_json(read_text(self.path / "failures.json", links=False))
@@ -61,15 +74,17 @@ class RunFolder:
                 " again"
             ) from None
 
-    def write_failures(self, failures: dict[str, dict[str, str | int]]) -> None:
+    def write_failures(self, failures: Mapping[str, Failure]) -> None:
         """Replace the list of failures atomically."""
-        write_text(
-            self.path / "failures.json", json.dumps(failures, indent=1, sort_keys=True) + "\n"
-        )
+        plain = {run_id: dataclasses.asdict(one) for run_id, one in failures.items()}
+        text = json.dumps(plain, indent=1, sort_keys=True)
+        write_text(self.path / "failures.json", text + "\n")
 
     def prepare(self) -> None:
-        """Make the folders, and a link to the scripts so that no path with blanks reaches
-        yade-batch's shell.
+        """Make the folders, and a link to the scripts.
+
+        The link keeps a path with blanks from yade-batch's shell. Raises CalibratorError where
+        something else stands in the way.
         """
         own_folder(self.path)
         for name in FOLDERS:
@@ -85,8 +100,9 @@ class RunFolder:
             link.symlink_to(SCRIPTS, target_is_directory=True)
 
     def check_room(self) -> None:
-        """Raise OSError where a run could not leave its files: a full or read-only disk must not be
-        blamed on the run.
+        """Raise OSError where a run could not leave its files.
+
+        A full or read-only disk must not be blamed on the run.
         """
         for name in FOLDERS:
             write_text(self.path / name / "room", " " * ROOM)
@@ -94,8 +110,9 @@ class RunFolder:
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
-        """Wait for another driver that is at work in this folder, and keep others out; the lock
-        dies with its process.
+        """Wait for another driver that is at work in this folder, and keep others out.
+
+        The lock dies with its process.
         """
         own_folder(self.path)
         with open(refuse_link(self.path / "driver.lock"), "a") as stream:
@@ -114,7 +131,7 @@ class RunFolder:
             yield
 
 
-def _checked_failures(raw: Any) -> dict[str, dict[str, str | int]]:
+def _checked_failures(raw: Any) -> dict[str, Failure]:
     """The list of failures, if it is one; else ValueError."""
     shape = {"kind": str, "message": str, "attempts": int}
     for run_id, entry in raw.items() if isinstance(raw, dict) else [("the file", raw)]:
@@ -124,11 +141,11 @@ def _checked_failures(raw: Any) -> dict[str, dict[str, str | int]]:
             or entry["kind"] not in RETRIED
         ):
             raise ValueError(f"{run_id} does not give a kind, a message and attempts")
-    return raw
+    return {run_id: Failure(**entry) for run_id, entry in raw.items()}
 
 
 def gather(folder: RunFolder, requests: Sequence[Request]) -> list[Record]:
-    """The finished runs among the requests: valid records, and failures with their kind and reason."""
+    """The finished runs among the requests: valid records, and failures with their reason."""
     failures, records = folder.failures(), []
     for request in requests:
         try:
@@ -136,15 +153,14 @@ def gather(folder: RunFolder, requests: Sequence[Request]) -> list[Record]:
         except (FileNotFoundError, InvalidRecord):
             if request.run_id in failures:
                 failure = failures[request.run_id]
-                records.append(
-                    Record(request, str(failure["kind"]), error=one_line(str(failure["message"])))
-                )
+                records.append(Record(request, failure.kind, error=one_line(failure.message)))
     return records
 
 
 def refuse_link(path: Path) -> Path:
-    """A file that is going to be written in place; a link there is removed, lest it leads out of
-    the results folder.
+    """A file that is going to be written in place.
+
+    A link there is removed, lest it leads out of the results folder.
     """
     if path.is_symlink():
         path.unlink()

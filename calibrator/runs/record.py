@@ -1,9 +1,10 @@
-"""Records: what a run left behind, believed only if it is complete and answers the request exactly."""
+"""Records: what a run left, believed only if it is complete and answers the request exactly."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -25,14 +26,15 @@ KEYS = {
     "diagnostics",
     "provenance",
 }
-
 OPTIONAL = {"traceback", "seal"}  # records from before there were seals have none
 TEXTS, NUMBERS = {"yade", "scripts", "host"}, {"started", "wall_time"}
 """What the provenance may hold."""
 
-
 COUNTS = {"particles", "particles_left", "steps"}
 """Diagnostics that are whole numbers."""
+
+Noted = Mapping[str, float | int | str]
+"""Diagnostics and provenance: a number or one line of text by name."""
 
 
 class InvalidRecord(ValueError):
@@ -44,16 +46,20 @@ class InvalidRecord(ValueError):
 
 @dataclass(frozen=True)
 class Record:
-    """One finished run. responses is empty unless the status is ok (a clogged run keeps its filled
-    density).
+    """One finished run.
+
+    Attributes
+    ----------
+    responses : by name, in SI units unless the name says otherwise; empty unless the status is ok
+        (a clogged run keeps its filled density). error : one line, empty where the run ended well.
     """
 
     request: Request
     status: str
     responses: dict[str, float] = field(default_factory=dict)
     error: str = ""
-    diagnostics: dict[str, Any] = field(default_factory=dict)
-    provenance: dict[str, Any] = field(default_factory=dict)
+    diagnostics: Noted = field(default_factory=dict)
+    provenance: Noted = field(default_factory=dict)
 
     @property
     def run_id(self) -> str:

@@ -17,8 +17,9 @@ from calibrator.files import write_text
 
 @dataclass(frozen=True)
 class Request:
-    """One run: a set-up and a value for each of its parameters, the seed among them, and for each
-    effect that is on.
+    """One run: a set-up and a value for each of its parameters, the seed among them.
+
+    An effect or an option that is off is not mentioned.
     """
 
     setup: str
@@ -26,8 +27,7 @@ class Request:
 
     @classmethod
     def of(cls, setup: str, /, **given: Value) -> Request:
-        """Complete the given parameters with the contract's defaults, leave out effects and options
-        that are off.
+        """Complete the given parameters with the contract's defaults.
 
         Raises CalibratorError for bad names or values.
         """

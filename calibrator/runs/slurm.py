@@ -1,6 +1,6 @@
-"""Runs on a cluster: SLURM job arrays of yade-batch, with the queue and the record store as the
-only state.
+"""Runs on a cluster: SLURM job arrays of yade-batch.
 
+The queue and the record store are the only state.
 A batch is a folder of tables, submitted as one array under the folder's name; each array task is
 yade-batch over one table. What is in flight is what `squeue` shows by that name, so that a driver
 may die at any time and be called again. A batch that the driver has given up, or done with, is

@@ -6,7 +6,6 @@ The runs are made up; no YADE is started.
 import base64
 import csv
 import dataclasses
-import html.parser
 import io
 import json
 import random
@@ -36,6 +35,7 @@ from calibrator.verification.verify import (
 )
 from tests.conftest import CASE, LAB
 from tests.fake_yade import responses_of
+from tests.report.outline import Outline
 
 CASE = CASE.replace("population = 60", "population = 40").replace(
     "generations = 15", "generations = 8"
@@ -120,32 +120,6 @@ def copy(whole, tmp_path):
     """The same workspace, free to be changed."""
     shutil.copytree(whole[0].path, tmp_path / "results")
     return Workspace(whole[0].case, tmp_path / "results")
-
-
-class Outline(html.parser.HTMLParser):
-    """Open tags, attributes and visible words of a page; refuses tags closed in a wrong order."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.open, self.tags, self.words = [], [], []
-        self.feed(page)
-        assert not self.open
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append((tag, dict(attributes)))
-        if tag not in ("meta", "img", "br"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, text):
-        if "style" not in self.open:
-            self.words.append(text)
-
-    @property
-    def text(self):
-        return re.sub(r"\s+", " ", " ".join(self.words))
 
 
 def test_the_page_needs_nothing_but_itself(whole):

@@ -76,7 +76,7 @@ def test_a_call_that_has_nothing_to_do_needs_no_programs(tmp_path, make, monkeyp
 def test_a_missing_program_is_said_in_one_line_with_the_remedy(tmp_path, make, monkeypatch):
     folder, place = folder_with(tmp_path), make()
     monkeypatch.setenv("PATH", str(tmp_path / "nowhere"))
-    with pytest.raises(CalibratorError, match="is not installed.*: (run|call) .*") as error:
+    with pytest.raises(CalibratorError, match=r"is not installed.*: (run|call) .*") as error:
         engine.run(place, folder, requests(1))
     assert "\n" not in str(error.value) and folder.failures() == {}
 
@@ -164,7 +164,7 @@ def test_that_yade_could_not_be_started_is_no_failure_of_the_runs(tmp_path, make
     broken.write_text("#!/bin/sh\nexit 127\n")
     broken.chmod(0o755)
     for _ in range(2):
-        with pytest.raises(CalibratorError, match="^2 runs are still to be done: .* again$"):
+        with pytest.raises(CalibratorError, match=r"^2 runs are still to be done: .* again$"):
             engine.run(make(), folder, requests(2))
         assert folder.failures() == {}
     broken.unlink()

@@ -66,8 +66,7 @@ def _thin_lines(ax: Axes, curves: Curves, along: float, up: float) -> None:
 
 @dataclass(frozen=True)
 class Deviation:
-    """A response at a candidate relative to its target: simulated, its standard error, promised by
-    the interpolant, band.
+    """A response at a candidate relative to its target.
 
     All are fractions of the target (0.01 is one per cent); promised is None where nothing was
     interpolated.
@@ -83,8 +82,9 @@ class Deviation:
 
 @styled
 def verification(rows: Sequence[Deviation]) -> Figure:
-    """Simulated against target in per cent: one panel per response, one line per candidate, bars of
-    two standard errors.
+    """Simulated against target in per cent, with bars of two standard errors.
+
+    One panel per response, one line per candidate.
     """
     require_some(rows, "verified response", "verify first")
     labels, candidates = (

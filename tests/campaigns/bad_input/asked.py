@@ -113,7 +113,7 @@ def called(arguments: list[str], folder: Path) -> tuple[int, str]:
     # which `check` asks for
     before, path, command = os.getcwd(), os.environ["PATH"], local.yade_batch_command
     handler = signal.getsignal(signal.SIGTERM)
-    os.environ["PATH"], local.yade_batch_command = "/nowhere", lambda: ["true"]  # type: ignore[assignment]
+    os.environ["PATH"], local.yade_batch_command = "/nowhere", lambda: ["true"]
     os.chdir(folder)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -126,4 +126,4 @@ def called(arguments: list[str], folder: Path) -> tuple[int, str]:
         os.environ["PATH"], local.yade_batch_command = path, command
         signal.signal(signal.SIGTERM, handler)
     err.flush()
-    return code, err.buffer.getvalue().decode()  # type: ignore[attr-defined]
+    return code, err.buffer.getvalue().decode()

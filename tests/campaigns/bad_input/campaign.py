@@ -111,7 +111,7 @@ def fuzz_processes(yard: Yard, inputs: int) -> dict[str, Any]:
             command[-1] = str(yard.path / "out")
         here = {"cwd": yard.path, "env": {**os.environ, "PYTHONPATH": os.getcwd()}}
         try:
-            done = subprocess.run(command, capture_output=True, timeout=9 * SECONDS, **here)  # type: ignore[call-overload]
+            done = subprocess.run(command, capture_output=True, timeout=9 * SECONDS, **here)
         except subprocess.TimeoutExpired:
             hangs += 1
             wrong.setdefault("hang", f"{value!r} {word!r}"[:600])

@@ -196,6 +196,6 @@ def curves(yard: Yard, data: bytes) -> None:
     findings = types.SimpleNamespace(
         space=types.SimpleNamespace(runs=types.SimpleNamespace(curves=lambda run_id: path))
     )
-    found = ask(lambda: arrays_of(findings, types.SimpleNamespace(run_id="input")))  # type: ignore[arg-type]
+    found = ask(lambda: arrays_of(findings, types.SimpleNamespace(run_id="input")))
     for name in {"filled", "final"} & set(found or ()):
         require(found[name].shape[1:] == (3,), "not a list of centres")
