@@ -10,12 +10,11 @@ from typing import Any
 from calibrator.case.codec import plain
 from calibrator.runs.batch import Progress
 
-Outcome = Any  # of the verbs that have no lines() of their own
-
 
 def say(text: str) -> None:
-    """Print what a terminal of any encoding can show: a path may hold bytes that are no text at
-    all.
+    """Print what a terminal of any encoding can show.
+
+    A path may hold bytes that are no text at all.
     """
     encoding = sys.stdout.encoding or "utf-8"
     print(text.encode(encoding, "backslashreplace").decode(encoding))
@@ -27,8 +26,9 @@ def say_json(outcome: Any) -> None:
 
 
 class ProgressBar:
-    """Runs done and failed, and time left: a line that rewrites itself on a terminal, a line a
-    minute elsewhere.
+    """Runs done and failed, and time left.
+
+    A line that rewrites itself on a terminal, a line a minute elsewhere.
     """
 
     def __init__(self, stream: Any) -> None:
@@ -52,43 +52,5 @@ class ProgressBar:
 
 
 def _minutes(seconds: float) -> str:
+    """Seconds as minutes:seconds."""
     return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
-
-
-def say_preflight(o: Outcome) -> str:
-    lines = [f"{len(o['observables'])} observables, {o['degrees']} degrees of freedom"]
-    for e in o["effects"]:
-        sizes = [
-            f"{words} from {_size(e[key])}"
-            for words, key in (("seen", "smallest_detectable"), ("named", "smallest_nameable"))
-        ]
-        unit = "" if e["unit"] == "1" else f" [{e['unit']}]"
-        alias = f", most like {e['alias']} ({e['alias_cosine']:.2f})" if e["alias"] else ""
-        lines.append(
-            f"  {e['called']} ({e['effect']}{unit}, plausible {e['scale']:g}): {', '.join(sizes)}; "
-            f"recalibration hides {e['absorbed']:.0%}{alias}"
-        )
-    for hidden, said in o["self_test"].items():
-        lines.append(
-            f"  imagined {hidden}: "
-            + ", ".join(f"{n} x {what}" for what, n in sorted(said.items(), key=lambda x: -x[1]))
-        )
-    if o["further_experiments"]:
-        best = max(o["further_experiments"], key=o["further_experiments"].__getitem__)
-        factor = 2.718281828 ** -o["further_experiments"][best]
-        lines.append(
-            f"  of the experiments not measured yet, {best} helps most: nameable sizes fall to"
-            f" {factor:.0%} on average"
-        )
-    return "\n".join([*lines, *(f"  note: {n}" for n in o["notes"])])
-
-
-def _size(value: float | None) -> str:
-    return "no size" if value is None else f"{value:.2g}"
-
-
-def say_diagnose(o: Outcome) -> str:
-    text = o["sentence"] + (
-        f"\n  next: calibrator run {o['new_case']}" if o.get("new_case") else ""
-    )
-    return "\n".join([text, *(f"  note: {n}" for n in o.get("notes", []))])

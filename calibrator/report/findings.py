@@ -37,9 +37,11 @@ class Findings:
 
     Attributes
     ----------
-    records : the database's runs; verified, validated : fresh runs by candidate.
-    interpolant : as the calibration learnt it; traces : the front and the populations.
-    verification, validation : None where the verb has not been called.
+    records : the database's runs
+    verified, validated : fresh runs by candidate
+    interpolant : as the calibration learnt it
+    traces : the front and the populations
+    collection, verification, validation : None where the verb has not been called
     """
 
     space: Workspace
