@@ -102,15 +102,18 @@ class Collection(Counts):
 
 
 def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
-    """Fingerprint of what a plan, and how an adaptive one ended, is computed from."""
+    """Fingerprint of what a plan, and how an adaptive one ended, is computed from.
+
+    What was measured matters to an adaptive design only, which chooses its runs by it.
+    """
     problem = case.problem
+    chosen_by = {"targets": problem.targets, "interpolation": case.interpolation}
     return fingerprint(
         {
-            "targets": problem.targets,
+            **(chosen_by if case.plan.design == "adaptive" else {}),
             "parameters": problem.parameters,
             "fixed values": problem.fixed,
             "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
-            "interpolation": case.interpolation,
             "plan": case.plan,
             "runs": contents(records),
         }

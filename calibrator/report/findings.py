@@ -12,6 +12,7 @@ from calibrator.case.settings import Replicates
 from calibrator.errors import CalibratorError
 from calibrator.files import read_arrays
 from calibrator.plan.outcome import Collection
+from calibrator.plan.outcome import rests_on as plan_rests_on
 from calibrator.plan.run import database_records
 from calibrator.report.html import paragraph
 from calibrator.report.words import text
@@ -73,7 +74,7 @@ class Findings:
             traces,
             fit(case, records, Learnt(traces.kernels, traces.noise)),
             records,
-            space.outcome("run", Collection),
+            _noted(space, "run", Collection, plan_rests_on(case, records)),
             _noted(
                 space,
                 "verify",

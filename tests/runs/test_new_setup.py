@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import CASE, programs
 
 REPO = Path(__file__).resolve().parents[2]
-VERBS = ("check", "plan", "run", "collect", "calibrate")
+VERBS = ("check", "plan", "run", "collect", "calibrate", "verify", "report")
 NAME, OWN = "funnel", "funnel_opening"
 ENTRY = f"""
 SETUP_ENTRIES["{NAME}"] = Setup(
