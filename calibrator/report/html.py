@@ -45,9 +45,6 @@ class Album:
         )
 
 
-# Pieces of HTML; arguments named `body` or `cells` are HTML already, all others are escaped here
-
-
 def section(title: str, *body: str) -> str:
     """A part of the page with its heading; empty parts of the body are left out."""
     parts = "\n".join(part for part in body if part)

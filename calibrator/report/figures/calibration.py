@@ -247,7 +247,7 @@ def ridge(
 
 def _draw_pair(ax: Axes, accepted: np.ndarray, bounds: np.ndarray, chosen: np.ndarray) -> None:
     """Accepted sets (k, 2) and the compromise (2,) along two parameters."""
-    ax.scatter(*accepted.T, s=4, color=BLUE, alpha=0.25, linewidth=0)
+    ax.scatter(accepted[:, 0], accepted[:, 1], s=4, color=BLUE, alpha=0.25, linewidth=0)
     ax.plot(*chosen, "*", color=RED, markeredgecolor="white", markersize=12, clip_on=False)
     ax.set(xlim=bounds[:, 0], ylim=bounds[:, 1])
     set_ticks(ax, count=4)
