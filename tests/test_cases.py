@@ -73,8 +73,8 @@ def test_the_five_numbers_of_the_paper_cannot_tell_what_is_missing(tmp_path):
         read_case(CASES / "quartz_sand_full.toml"), tmp_path / "quartz_sand_full"
     )
     found = diagnose(space)
-    assert found["verdict"] == "cannot tell"
+    assert found.verdict == "cannot tell"
     assert (
-        "3 observables against 5 parameters" in found["sentence"]
-        and "measure at least 7 more" in found["sentence"]
+        "3 observables against 5 parameters" in found.sentence
+        and "measure at least 7 more" in found.sentence
     )

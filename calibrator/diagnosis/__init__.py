@@ -7,9 +7,11 @@ gap           fingerprints, detection, chance
 explanations  the fit of each effect, and its rivals
 verdict       what the evidence allows to say
 runs          carrying out the runs of a diagnosis
-preflight     the verb `preflight`
-diagnose      the verb `diagnose`
-new_case      a named effect as a case file
+basis         what an outcome was computed from, as a fingerprint
+outcome       what the verbs found, as values
 sentence      the verdict in words
-outcome       what these verbs found
+preflight     the verb `preflight`
+confirm       fresh runs at the explanations
+new_case      a named effect as a case file
+diagnose      the verb `diagnose`
 """

@@ -1,6 +1,4 @@
-"""The experiments of a diagnosis: what was measured where, the runs that imitate it, and the errors
-of the measurements.
-"""
+"""The experiments of a diagnosis: what was measured where, and the runs that imitate it."""
 
 from __future__ import annotations
 
@@ -25,8 +23,13 @@ AMPLITUDES = (0.5, 0.75, 1.0, 1.5)  # of an effect's runs, in plausible scales
 
 @dataclass(frozen=True)
 class Experiment:
-    """A set-up under a condition, whose values differ from the set-up's own, and the responses that
-    are compared there.
+    """A set-up under a condition, and the responses that are compared there.
+
+    Attributes
+    ----------
+    name, setup : setup@condition, or the set-up's name where there is no condition.
+    values : of parameters, where the condition differs from the set-up's own.
+    responses : names, in the order of the lab file.
     """
 
     name: str
@@ -62,9 +65,7 @@ def library(case: Case) -> list[Effect]:
 
 
 def experiments(case: Case, observables: Sequence[Observable]) -> list[Experiment]:
-    """The experiments of these observables, in the order of set-ups and then of the case's
-    conditions.
-    """
+    """The experiments of these observables: set-ups first, then the case's conditions."""
     order = [*SETUPS, *(f"{c.setup}@{name}" for name, c in case.conditions.items())]
     found = []
     for name in order:
@@ -79,9 +80,28 @@ def experiments(case: Case, observables: Sequence[Observable]) -> list[Experimen
     return found
 
 
+def further(case: Case) -> list[Observable]:
+    """Observables under conditions that nobody has measured: those of their set-ups."""
+    rows = case.observables
+    measured = {o.condition for o in rows}
+    return [
+        Observable(c.setup, o.response, 0.0, o.scatter, o.replicates, "diagnose", name)
+        for name, c in case.conditions.items()
+        if name not in measured
+        for o in rows
+        if o.setup == c.setup and not o.condition
+    ]
+
+
+def degrees_left(case: Case) -> int:
+    """Degrees of freedom that what is not held out leaves beside the parameters."""
+    return sum(o.role != "held_out" for o in case.observables) - len(case.problem.names)
+
+
 def unmeasured(case: Case) -> list[str]:
-    """What the lab file lacks for a diagnosis, a sentence each; none where the case asks for no
-    diagnosis.
+    """What the lab file lacks for a diagnosis, a sentence each.
+
+    None where the case asks for no diagnosis.
     """
     rows, parameters = case.observables, len(case.problem.names)
     if not case.conditions and not case.nuisances and all(o.role != "diagnose" for o in rows):
@@ -128,8 +148,9 @@ def request(
     seed: int,
     effects: dict[str, float] | None = None,
 ) -> Request:
-    """One run of an experiment at parameters (d,), with effects by column; those the set-up does
-    not know are left out.
+    """One run of an experiment at parameters (d,), with effects by column.
+
+    Effects that the set-up does not know are left out.
     """
     return make_request(
         case, experiment.setup, point, seed, {**(effects or {}), **experiment.values}
@@ -139,7 +160,7 @@ def request(
 def plain_requests(
     case: Case, found: Sequence[Experiment], points: np.ndarray
 ) -> list[list[Request]]:
-    """Runs of the model without effects, a list per experiment: sets (n, d) with their replicates."""
+    """Runs without effects at sets (n, d), with their replicates, a list per experiment."""
     settings = case.diagnosis
     return [
         [
@@ -154,15 +175,17 @@ def plain_requests(
 def change_requests(
     case: Case, found: Sequence[Experiment], effects: Sequence[Effect], points: np.ndarray
 ) -> list[list[Request]]:
-    """Runs of the fingerprints, a list per experiment: the sets (n, d) without effects, then runs
-    with each of them.
+    """Runs of the fingerprints, a list per experiment.
+
+    First the sets (n, d) without effects, then runs with each of them.
     """
     return [_changes(case, i, e, effects, points) for i, e in enumerate(found)]
 
 
 def effects_in(experiment: Experiment, effects: Sequence[Effect]) -> list[Effect]:
-    """The effects that an experiment can show: known to its set-up, and not held at a value, as
-    moisture is by drying.
+    """The effects that an experiment can show.
+
+    Those that its set-up knows and that are not held at a value, as moisture is by drying.
     """
     return [
         e
@@ -190,8 +213,9 @@ def _changes(
 
 
 def amplitude(effect: Effect, share: float) -> float:
-    """Amplitude at a share of their range; of both signs, where both make sense, and within the
-    effect's bounds.
+    """Amplitude at a share of their range, within the effect's bounds.
+
+    It is of both signs, where both make sense.
     """
     signs = (1,) if effect.sign == "+" else (-1, 1)  # both of one size share its places in the box
     levels = [sign * size for size in AMPLITUDES for sign in signs]

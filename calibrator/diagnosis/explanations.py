@@ -1,5 +1,4 @@
-"""Rival explanations of a gap: the model as it is, each effect added, pairs, and an explanation
-that nobody has thought of.
+"""Rival explanations of a gap: no effect, each one, pairs, and one nobody has thought of.
 
 Each explanation is fitted with all parameters free, because recalibration hides part of every
 effect, and weighed by its evidence (Laplace's approximation; MacKay, Information Theory, Inference,
@@ -9,7 +8,7 @@ and Learning Algorithms, 2003, ch. 28).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,27 +16,28 @@ from scipy import linalg, optimize, stats
 
 from calibrator.diagnosis.surfaces import Surfaces
 
-Function = Callable[[np.ndarray], np.ndarray]
-
 # amplitude, in plausible scales: the surfaces are made from up to 1.5 and extrapolate beyond
 LARGEST = 2.5
-
 # of the explanation that nobody has thought of, in seed scatters of one run
 UNKNOWN_SPREADS = (1.0, 2.0, 4.0)
 STARTS = (0.15, 0.5, 0.85)  # of each parameter, in its range
-
 # the errors of the surfaces depend on where they are used; this converges in two
 VARIANCE_ROUNDS = 2
 
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate: its column, its sign, and the plausible size that amplitudes count (negative
-    where it lowers its column).
+    """A candidate for the missing effect.
 
-    least, largest : amplitudes that its column can take; excludes : columns that it cannot be
-    combined with; control : whether no laboratory can remove it, so that nothing could refute its
-    name.
+    Attributes
+    ----------
+    name : its column.
+    sign : "+" where only positive amplitudes make sense, "+-" where both signs do.
+    scale : plausible size in the column's unit, which amplitudes count; negative where it lowers
+        its column.
+    least, largest : amplitudes that its column can take.
+    excludes : columns that it cannot be combined with.
+    control : whether no laboratory can remove it, so that nothing could refute its name.
     """
 
     name: str
@@ -56,8 +56,13 @@ class Effect:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Observables (n,), means over replicates (n,), with their covariance (n, n): scatter, and
-    errors of the metrology.
+    """Measurements of n observables.
+
+    Attributes
+    ----------
+    values : means (n,) over replicates, each in its response's unit.
+    covariance : of these (n, n): scatter, and errors of the metrology.
+    replicates : number (n,) of measurements behind each mean.
     """
 
     values: np.ndarray
@@ -75,11 +80,16 @@ class Measured:
 class Explanation:
     """One fitted model.
 
-    effects : names of the added effects, () for the model as it is; unit (d,) parameters in their
-    ranges; amplitude (k,) in plausible scales, zero where not added, with standard errors (nan
-    where not added, inf where it shows nowhere); chi2 with its degrees of freedom; residual (n,)
-    and covariance (n, n) at the fit; log_evidence; spread (d + a, d + a) covariance of the fitted
-    parameters and the a added amplitudes.
+    Attributes
+    ----------
+    effects : names of the a added effects, () for the model as it is.
+    unit : parameters (d,) as shares of their ranges.
+    amplitude, amplitude_error : (k,) in plausible scales; zero and nan where not added, with an
+        infinite error where it shows nowhere.
+    chi2, degrees : of the fit, with its degrees of freedom.
+    residual, covariance : (n,) and (n, n) at the fit, in the observables' units.
+    log_evidence : Laplace's.
+    spread : covariance (d + a, d + a) of the fitted parameters and the added amplitudes.
     """
 
     effects: tuple[str, ...]
@@ -95,8 +105,9 @@ class Explanation:
 
     @property
     def deviance(self) -> float:
-        """Minus twice the log likelihood, but for a constant: what to compare explanations by, as
-        their errors differ.
+        """Minus twice the log likelihood, but for a constant.
+
+        This and not chi2 compares explanations, as their errors differ.
         """
         return self.chi2 + float(np.linalg.slogdet(self.covariance)[1])
 
@@ -106,14 +117,64 @@ class Explanation:
 
 
 def tail(chi2: float, degrees: int, noise_degrees: float) -> float:
-    """Probability of a chi2 beyond this one;
+    """Probability of a chi2 beyond this one.
 
-    Hotelling's T2 for a covariance estimated with so many degrees of freedom.
+    It is Hotelling's T2 for a covariance estimated with so many degrees of freedom (Anderson, An
+    Introduction to Multivariate Statistical Analysis, 3rd ed., Theorem 5.2.2).
     """
     m, nu = degrees, noise_degrees
     if not np.isfinite(nu) or nu <= m:
         return float(stats.chi2.sf(chi2, m))
     return float(stats.f.sf(chi2 * (nu - m + 1) / (nu * m), m, nu - m + 1))
+
+
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """An explanation to be fitted, as functions of x: d parameters, then a added amplitudes.
+
+    added : indices of the effects; kept : those of the surfaces' observables that were measured;
+    unknown : covariance (n, n) of what lies outside the library.
+    """
+
+    surfaces: Surfaces
+    measured: Measured
+    effects: Sequence[Effect]
+    added: tuple[int, ...]
+    kept: np.ndarray
+    unknown: np.ndarray
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper end (d + a,) of x."""
+        d, ends = self.surfaces.dimensions, [self.effects[k].bounds for k in self.added]
+        return (
+            np.concatenate([np.zeros(d), [low for low, _ in ends]]),
+            np.concatenate([np.ones(d), [high for _, high in ends]]),
+        )
+
+    def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (d,) and amplitudes (k,) of all effects."""
+        d, amplitude = self.surfaces.dimensions, np.zeros(len(self.effects))
+        amplitude[list(self.added)] = x[d:]
+        return x[:d], amplitude
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Measured less simulated (n,)."""
+        mean = self.surfaces.mean(*self.split(x))[0, self.kept]
+        return np.asarray(self.measured.values - mean)
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Derivatives (n, d + a) of the simulated observables."""
+        d = self.surfaces.dimensions
+        columns = [*range(d), *(d + k for k in self.added)]
+        return np.asarray(self.surfaces.jacobian(*self.split(x))[np.ix_(self.kept, columns)])
+
+    def covariance(self, x: np.ndarray) -> np.ndarray:
+        """Covariance (n, n) of the residual."""
+        unit, amplitude = self.split(x)
+        scatter = self.surfaces.extra_scatter(amplitude)[self.kept] / self.measured.replicates
+        error = self.surfaces.error(unit, amplitude)[np.ix_(self.kept, self.kept)]
+        return np.asarray(self.measured.covariance + error + np.diag(scatter) + self.unknown)
 
 
 def explain(
@@ -130,96 +191,75 @@ def explain(
     scatters by which every observable may differ for reasons outside the library.
     """
     kept = np.arange(len(surfaces.noise)) if kept is None else kept
-    index = np.ix_(kept, kept)
-    d = surfaces.dimensions
-    low = np.concatenate([np.zeros(d), [effects[k].bounds[0] for k in added]])
-    high = np.concatenate([np.ones(d), [effects[k].bounds[1] for k in added]])
     own = unknown**2 * np.diag(np.diag(surfaces.noise)[kept])
-
-    def split(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        amplitude = np.zeros(len(effects))
-        amplitude[list(added)] = x[d:]
-        return x[:d], amplitude
-
-    def left(x: np.ndarray) -> np.ndarray:
-        return np.asarray(measured.values - surfaces.mean(*split(x))[0, kept])
-
-    def slope(x: np.ndarray) -> np.ndarray:
-        columns = [*range(d), *(d + k for k in added)]
-        return np.asarray(surfaces.jacobian(*split(x))[np.ix_(kept, columns)])
-
-    best = np.concatenate([np.full(d, 0.5), np.zeros(len(added))])
-    starts = _starts(d, added, low, high)
-    for _ in range(VARIANCE_ROUNDS):
-        scatter = surfaces.extra_scatter(split(best)[1])[kept] / measured.replicates
-        covariance = (
-            measured.covariance + surfaces.error(*split(best))[index] + np.diag(scatter) + own
-        )
-        root = linalg.cholesky(covariance, lower=True)
-        whitening = linalg.solve_triangular(root, np.eye(len(root)), lower=True)
-        best = _least_squares(left, slope, whitening, starts, low, high)
-        starts = [best]
-    residual, jacobian = left(best), slope(best)
-    white, white_jacobian = whitening @ residual, whitening @ jacobian
+    model = _Model(surfaces, measured, effects, added, kept, own)
+    best, covariance, root, whitening = _fitted(model)
+    d, residual = surfaces.dimensions, model.residual(best)
+    white, white_slopes = whitening @ residual, whitening @ model.slopes(best)
     chi2 = float(white @ white)
-    unit, amplitude = split(best)
+    unit, amplitude = model.split(best)
     error = np.full(len(effects), np.nan)
-    curvature = white_jacobian.T @ white_jacobian
+    curvature = white_slopes.T @ white_slopes
     spread = np.linalg.pinv(curvature)
     variance = np.diag(spread)[d:]
     # what shows nowhere is not known at all
     error[list(added)] = np.sqrt(np.where(variance > 0, variance, np.inf))
-    evidence = _log_evidence(
-        chi2, root, curvature, d, [(effects[k], amplitude[k], error[k]) for k in added]
-    )
+    sizes = [(effects[k], amplitude[k], error[k]) for k in added]
     return Explanation(
-        tuple(effects[k].name for k in added),
-        unit,
-        amplitude,
-        error,
-        chi2,
-        max(len(residual) - len(best), 1),
-        residual,
-        covariance,
-        evidence,
-        spread,
+        effects=tuple(effects[k].name for k in added),
+        unit=unit,
+        amplitude=amplitude,
+        amplitude_error=error,
+        chi2=chi2,
+        degrees=max(len(residual) - len(best), 1),
+        residual=residual,
+        covariance=covariance,
+        log_evidence=_log_evidence(chi2, root, curvature, d, sizes),
+        spread=spread,
     )
 
 
-def _starts(d: int, added: tuple[int, ...], low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
+def _fitted(model: _Model) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Best x (d + a,), and the covariance that it was fitted with, its root and inverse root."""
+    d, starts = model.surfaces.dimensions, _starts(model)
+    best = np.concatenate([np.full(d, 0.5), np.zeros(len(model.added))])
+    for _ in range(VARIANCE_ROUNDS):
+        covariance = model.covariance(best)
+        root = linalg.cholesky(covariance, lower=True)
+        whitening = linalg.solve_triangular(root, np.eye(len(root)), lower=True)
+        best = _least_squares(model, whitening, starts)
+        starts = [best]
+    return best, covariance, root, whitening
+
+
+def _starts(model: _Model) -> list[np.ndarray]:
     """A few places in the box, each with no amplitude, and with middling ones of either sign."""
-    amplitudes = [np.zeros(len(added))] + [np.full(len(added), s) for s in (1.0, -1.0)] * bool(
-        added
-    )
-    starts = [np.concatenate([np.full(d, share), a]) for share in STARTS for a in amplitudes]
+    a, (low, high) = len(model.added), model.bounds
+    amplitudes = [np.full(a, size) for size in ((0.0, 1.0, -1.0) if a else (0.0,))]
+    places = [np.full(model.surfaces.dimensions, share) for share in STARTS]
+    starts = [np.concatenate([place, size]) for place in places for size in amplitudes]
     return [s for s in starts if (s >= low).all() and (s <= high).all()]
 
 
 def _least_squares(
-    left: Function,
-    slope: Function,
-    whitening: np.ndarray,
-    starts: Sequence[np.ndarray],
-    low: np.ndarray,
-    high: np.ndarray,
+    model: _Model, whitening: np.ndarray, starts: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """Best of bounded least-squares fits (Branch, Coleman & Li, SIAM J.
+    """Best of bounded least-squares fits from several starts.
 
-    Sci. Comput. 21 (1999) 1-23) from several starts.
+    The method is that of Branch, Coleman and Li, SIAM J. Sci. Comput. 21 (1999) 1-23.
     """
-
-    def white(x: np.ndarray) -> np.ndarray:
-        return np.asarray(whitening @ left(x))
-
-    def white_slope(x: np.ndarray) -> np.ndarray:
-        return np.asarray(-whitening @ slope(x))
-
-    inside = [np.clip(s, low + 1e-6, high - 1e-6) for s in starts]
+    low, high = model.bounds
     fits = [
         optimize.least_squares(
-            white, s, white_slope, (low, high), x_scale=1.0, xtol=1e-8, ftol=1e-8
+            lambda x: whitening @ model.residual(x),
+            np.clip(start, low + 1e-6, high - 1e-6),
+            lambda x: -whitening @ model.slopes(x),
+            (low, high),
+            x_scale=1.0,
+            xtol=1e-8,
+            ftol=1e-8,
         )
-        for s in inside
+        for start in starts
     ]
     return np.asarray(min(fits, key=lambda fit: fit.cost).x)
 
@@ -231,32 +271,33 @@ def _log_evidence(
     d: int,
     added: Sequence[tuple[Effect, float, float]],
 ) -> float:
-    """Laplace's log evidence: parameters uniform over their ranges, amplitudes normal with their
-    plausible scale.
+    """Laplace's log evidence (MacKay 2003, ch. 28).
 
-    The prior's curvature of one per squared range keeps a parameter that nothing measures from
-    counting as known beyond its range. An effect of one sign has a half-normal prior, and only the
-    positive half of the peak counts.
+    Parameters are uniform over their ranges, amplitudes normal with their plausible scale. The
+    prior's curvature of one per squared range keeps a parameter that nothing measures from counting
+    as known beyond its range. An effect of one sign has a half-normal prior, and only the positive
+    half of the peak counts.
     """
     prior = np.diag([12.0] * d + [1.0] * len(added))  # 12: a uniform range has a variance of 1/12
     logdet = float(np.linalg.slogdet((curvature + prior) / (2 * np.pi))[1])
-    log = (
-        -chi2 / 2
-        - len(root) / 2 * np.log(2 * np.pi)
-        - float(np.log(np.diag(root)).sum())
-        - logdet / 2
-    )
+    peak = -chi2 / 2 - len(root) / 2 * np.log(2 * np.pi)
+    log = peak - float(np.log(np.diag(root)).sum()) - logdet / 2
     for effect, amplitude, error in added:
         log += -(amplitude**2) / 2 - np.log(2 * np.pi) / 2
         if effect.sign == "+":
             log += np.log(2) + float(stats.norm.logcdf(amplitude / error))
-    return log
+    return float(log)
 
 
 @dataclass(frozen=True, eq=False)
 class Rivals:
-    """All explanations of one set of measurements: none, each effect, and the unknown one with its
-    log evidence.
+    """All explanations of one set of measurements.
+
+    Attributes
+    ----------
+    none : the model as it is.
+    single : each of k effects.
+    log_unknown : log evidence of the explanation that nobody has thought of.
     """
 
     none: Explanation
@@ -265,8 +306,9 @@ class Rivals:
 
     @property
     def posterior(self) -> np.ndarray:
-        """Probabilities (k + 2,) of none, of each effect, and of the unknown explanation, equally
-        likely beforehand.
+        """Probabilities (k + 2,) of none, each effect and the unknown one.
+
+        They are equally likely beforehand.
         """
         logs = np.array(
             [self.none.log_evidence, *(e.log_evidence for e in self.single), self.log_unknown]

@@ -1,13 +1,12 @@
-"""Is there a gap between simulation and measurement, and which effect points along it? Plain linear
-algebra on arrays.
+"""Is there a gap between simulation and measurement, and which effect points along it?
 
-A residual r (n,) of n observables, its covariance V (n, n) and the sensitivity J (n, d) of the
-observables to the d calibrated parameters come in. Whatever recalibration can absorb is projected
-out: with V = L L', the residual is whitened to L^-1 r, and only its components orthogonal to L^-1 J
-are kept. Under a complete model these n - d numbers are independent standard normals, so detection,
-amplitudes and confusability are lengths and angles there. The scheme is detection and
-identification of geodesy (Teunissen, J. Geod. 92 (2018) 59-80), with the projection of the
-nuisances from fault isolation.
+Plain linear algebra on arrays. A residual r (n,) of n observables, its covariance V (n, n) and the
+sensitivity J (n, d) of the observables to the d calibrated parameters come in. Whatever
+recalibration can absorb is projected out: with V = L L', the residual is whitened to L^-1 r, and
+only its components orthogonal to L^-1 J are kept. Under a complete model these n - d numbers are
+independent standard normals, so detection, amplitudes and confusability are lengths and angles
+there. The scheme is detection and identification of geodesy (Teunissen, J. Geod. 92 (2018) 59-80),
+with the projection of the nuisances from fault isolation.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from scipy import linalg, stats
 from calibrator.errors import CalibratorError
 
 FEWEST_DEGREES = 5  # of freedom of a residual that may carry a name
-
 # length of a whitened effect that is detected in 80 of 100 cases beside a dozen rivals
 DETECTABLE = 4.5
 NAMEABLE = 5.0  # length of the part of it that no rival shares, for a right name in 95 of 100
@@ -83,9 +81,12 @@ def projection(covariance: np.ndarray, jacobian: np.ndarray) -> Projection:
 
 @dataclass(frozen=True, eq=False)
 class Fingerprints:
-    """How k effects would show: projected changes per unit amplitude, columns of (m, k), with their
-    names and signs.
+    """How k effects would show after recalibration.
 
+    Attributes
+    ----------
+    names : of the effects (k,).
+    columns : projected changes (m, k) per unit amplitude.
     signs : "+" where only a positive amplitude makes sense, "+-" where both do.
     """
 
@@ -114,19 +115,21 @@ class Fingerprints:
             )
 
     def likelihood_ratios(self, residuals: np.ndarray) -> np.ndarray:
-        """Fall (..., k) of chi2 by each effect alone, for residuals (..., m); none where the sign
-        is wrong.
+        """Fall (..., k) of chi2 by each effect alone, for residuals (..., m).
+
+        Zero where the sign is wrong.
         """
         along = residuals @ self.directions
         wrong = (along < 0) & np.array([s == "+" for s in self.signs])
-        return np.where(wrong, 0.0, along**2)
+        return np.asarray(np.where(wrong, 0.0, along**2))
 
     @property
     def confusability(self) -> np.ndarray:
-        """|cos| (k, k) of the angles between the effects: 1 for two that nothing measured here can
-        tell apart.
+        """|cos| (k, k) of the angles between the effects.
+
+        It is 1 for two that nothing measured here can tell apart.
         """
-        return np.abs(self.directions.T @ self.directions)
+        return np.asarray(np.abs(self.directions.T @ self.directions))
 
 
 def fingerprints(
@@ -139,8 +142,9 @@ def fingerprints(
 def absorbed_shares(
     changes: np.ndarray, covariance: np.ndarray, jacobian: np.ndarray
 ) -> np.ndarray:
-    """Share (k,) of each effect's squared length that recalibration hides: 1 - |projected|^2 /
-    |whitened|^2.
+    """Share (k,) of each effect's squared length that recalibration hides.
+
+    1 - |projected|^2 / |whitened|^2, of changes (n, k), covariance (n, n) and jacobian (n, d).
     """
     seen = projection(covariance, jacobian)(changes)
     all_of_it = projection(covariance, np.zeros((len(covariance), 0)))(changes)
@@ -157,8 +161,9 @@ def smallest_detectable(prints: Fingerprints) -> np.ndarray:
 
 
 def smallest_nameable(prints: Fingerprints) -> np.ndarray:
-    """Amplitude (k,) that is told from the nearest rival in 95 of 100 cases; infinite where a rival
-    looks the same.
+    """Amplitude (k,) that is told from the nearest rival in 95 of 100 cases.
+
+    Infinite where a rival looks the same.
     """
     cosines = prints.confusability - np.eye(len(prints.names))
     nearest = cosines.max(axis=1, initial=0)
@@ -173,8 +178,11 @@ def smallest_nameable(prints: Fingerprints) -> np.ndarray:
 class Detection:
     """Probabilities of a residual this large without any gap.
 
-    p_chi2 : from its length; p_effect : from the best likelihood ratio of any effect of the
-    library.
+    Attributes
+    ----------
+    chi2, degrees : squared length of the projected residual, and its degrees of freedom.
+    p_chi2 : from its length.
+    p_effect : from the best likelihood ratio of any effect of the library.
     """
 
     chi2: float
@@ -212,8 +220,9 @@ def _without_gap(dimensions: int, noise_degrees: float, rng: np.random.Generator
 
 
 def _share(drawn: np.ndarray, found: float) -> float:
-    """Monte Carlo probability of a value as large as found, never zero (Davison & Hinkley,
-    Bootstrap Methods, Eq. 4.11).
+    """Monte Carlo probability of a value as large as found, never zero.
+
+    Davison and Hinkley, Bootstrap Methods and their Application (1997), Eq. 4.11.
     """
     return float((1 + np.count_nonzero(drawn >= found)) / (1 + len(drawn)))
 
@@ -221,12 +230,11 @@ def _share(drawn: np.ndarray, found: float) -> float:
 def ghost_shares(
     residual: np.ndarray, prints: Fingerprints, rng: np.random.Generator
 ) -> np.ndarray:
-    """Share (DRAWS,) of chi2 that ghosts of the library remove: the same effects, turned together
-    into a random direction.
+    """Share (DRAWS,) of chi2 that ghosts of the library remove.
 
-    A rotation keeps the angles between the effects and their number, so this is what as rich a
-    library would reach by chance. Turning the library is the same as turning the residual, whose
-    direction alone counts.
+    Ghosts are the same effects, turned together into a random direction. A rotation keeps the
+    angles between the effects and their number, so this is what as rich a library would reach by
+    chance. Turning the library is the same as turning the residual, whose direction alone counts.
     """
     drawn = rng.normal(size=(DRAWS, len(residual)))
     drawn /= np.linalg.norm(drawn, axis=1, keepdims=True)
@@ -236,17 +244,16 @@ def ghost_shares(
 def ghost_probability(
     residual: np.ndarray, prints: Fingerprints, rng: np.random.Generator
 ) -> float:
-    """Probability that a ghost library removes as large a share of chi2 as the best true effect;
-    uniform without a gap.
+    """Probability that a ghost library removes as large a share of chi2 as the best effect.
+
+    Uniform without a gap.
     """
     found = prints.likelihood_ratios(residual).max(initial=0) / (residual @ residual)
     return _share(ghost_shares(residual, prints, rng), float(found))
 
 
 def repeated(correlation: np.ndarray) -> list[tuple[int, int]]:
-    """Pairs (later, earlier) of observables that are the same quantity in other words, by their
-    correlation (n, n).
-    """
+    """Pairs (later, earlier) of observables that are one quantity, by their correlation (n, n)."""
     pairs: list[tuple[int, int]] = []
     kept: list[int] = []
     for i in range(len(correlation)):
@@ -260,7 +267,14 @@ def repeated(correlation: np.ndarray) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Location:
-    """How badly the measurements of one experiment agree with what all others predict for it."""
+    """How badly the measurements of one experiment agree with what all others predict for it.
+
+    Attributes
+    ----------
+    experiment : its name.
+    chi2, degrees : of the difference, with its degrees of freedom.
+    p, p_holm : probability of as large a one; p_holm allows for looking at all experiments.
+    """
 
     experiment: str
     chi2: float
@@ -272,12 +286,12 @@ class Location:
 def localise(
     residual: np.ndarray, covariance: np.ndarray, jacobian: np.ndarray, experiments: list[str]
 ) -> list[Location]:
-    """Predict each experiment from the others and compare, the worst first; p_holm allows for
-    looking at all of them.
+    """Predict each experiment from the others and compare, the worst first.
 
     residual (n,), covariance (n, n), jacobian (n, d) per range of the parameters; experiments (n,)
     names. The parameters are normal about the present ones with the spread of their ranges, and the
-    prediction is the conditional distribution.
+    prediction is the conditional distribution. Probabilities are corrected by Holm's method
+    (Scand. J. Statist. 6 (1979) 65-70).
     """
     total = covariance + jacobian @ jacobian.T
     found = []
@@ -299,9 +313,12 @@ def localise(
 
 @dataclass(frozen=True)
 class Gap:
-    """Root mean square of residuals in units of their errors, before and after, and what pure noise
-    would leave.
+    """Root mean square of residuals in units of their errors, before and after.
 
+    Attributes
+    ----------
+    before, after : without the effect and with it.
+    floor : what pure noise would leave.
     closed : share of the squared gap above the floor that has gone; below 0 where it grew.
     """
 

@@ -1,6 +1,4 @@
-"""From records to what a diagnosis compares: averages, surfaces, the covariance of the
-measurements.
-"""
+"""From records to what a diagnosis compares: averages, surfaces, and errors of measurements."""
 
 from __future__ import annotations
 
@@ -53,8 +51,9 @@ def surfaces(
     plain: Sequence[Sequence[Record]],
     changes: Sequence[Sequence[Record]],
 ) -> Surfaces:
-    """Response surfaces from finished runs, a list per experiment; runs that lack a response are
-    left out.
+    """Response surfaces from finished runs, a list per experiment.
+
+    Runs that lack a response are left out. Raises CalibratorError where too few are left.
     """
     good = [complete(e, records) for e, records in zip(found, plain, strict=True)]
     good_changes = [complete(e, records) for e, records in zip(found, changes, strict=True)]
@@ -106,8 +105,13 @@ def left_out(experiment: Experiment, records: Sequence[Record]) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Averages:
-    """Mean of complete runs, their number and their standard deviation (0 of a single one), of
-    every observable (n,).
+    """What complete runs say of n observables.
+
+    Attributes
+    ----------
+    mean : of the runs (n,), in the responses' units.
+    count : their number (n,).
+    scatter : their standard deviation (n,); 0 of a single one.
     """
 
     mean: np.ndarray
@@ -116,7 +120,10 @@ class Averages:
 
 
 def averages(found: Sequence[Experiment], records: Sequence[Sequence[Record]]) -> Averages:
-    """Averages over the complete runs. Raises CalibratorError where there is no run."""
+    """Averages over the complete runs.
+
+    Raises CalibratorError where there is no run.
+    """
     values, counts, scatters = [], [], []
     for e, own in zip(found, records, strict=True):
         rows = values_of(e, own)
@@ -163,8 +170,10 @@ def measured(
 
 
 def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarray) -> np.ndarray:
-    """Scatter (n,) of one replicate: that of a few is pooled with the simulation's, unless it is
-    the larger one.
+    """Scatter (n,) of one replicate, from that of a few and the simulation's.
+
+    The two are pooled, unless the replicates' own is the larger one. own, replicates, simulated :
+    (n,), scatters in the observables' units.
     """
     degrees = np.where(own > 0, replicates - 1, 0)
     pooled = (degrees * own**2 + PRIOR_DEGREES * simulated**2) / (degrees + PRIOR_DEGREES)
@@ -196,9 +205,7 @@ def _nuisance_column(
 
 
 def distinct(observables: Sequence[Observable], found: Surfaces) -> tuple[list[int], list[str]]:
-    """Indices of the observables that do not repeat others of the same run, and a sentence on each
-    that does.
-    """
+    """Indices of observables that repeat no others of the run, and a sentence on each that does."""
     scatter = np.sqrt(np.diag(found.noise))
     pairs = repeated(found.noise / np.outer(scatter, scatter))
     left_out = {later for later, _ in pairs}

@@ -1,17 +1,19 @@
-"""The verb `preflight`: before any laboratory work, which missing effects could be seen and told
-apart, and from what size.
+"""The verb `preflight`: which missing effects could be seen and told apart, and from what size.
+
+It is called before any laboratory work.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from calibrator.case.lab import Observable
+from calibrator.case.codec import finite
 from calibrator.case.vocabulary import EFFECTS, effect_of
+from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis.basis import preflight_basis
 from calibrator.diagnosis.explanations import Effect
 from calibrator.diagnosis.gap import (
     FEWEST_DEGREES,
@@ -19,60 +21,49 @@ from calibrator.diagnosis.gap import (
     smallest_detectable,
     smallest_nameable,
 )
-from calibrator.diagnosis.runs import Scene, finite, prepare
-from calibrator.diagnosis.verdict import Linear, judge, linear
+from calibrator.diagnosis.outcome import Power, Preflight
+from calibrator.diagnosis.runs import Scene, prepare
+from calibrator.diagnosis.verdict import NONE, Linear, judge, linear
 from calibrator.runs.workspace import Report, Workspace, silent
 from calibrator.threads import on_one_thread
 
 SELF_TESTS = 12  # imagined measurements per effect in the pre-flight
+NEVER = 100  # plausible sizes that stand for an effect which cannot be named at all
 
 
 @on_one_thread
-def preflight(space: Workspace, report: Report = silent, yes: bool = False) -> dict[str, Any]:
-    """What these observables could detect and name, in physical units, and which further experiment
-    would help most.
+def preflight(space: Workspace, report: Report = silent, yes: bool = False) -> Preflight:
+    """What these observables could detect and name, and which further experiment would help most.
 
     The measured values play no part: only which observables there are, their replicates and
     scatter. Conditions of the case that the lab file does not mention are the further experiments.
+    Raises CalibratorError where the runs are too few, or beyond the budget unless `yes`.
     """
-    case = space.case
-    known_rows = list(case.observables)
-    further = [
-        o
-        for name in case.conditions
-        for o in _imagined(case.conditions[name].setup, name, known_rows)
-    ]
-    scene = prepare(space, [*known_rows, *further], yes, report, imagined=True)
-    names = {o.experiment for o in known_rows}
-    own = np.array([i for i in scene.used if scene.observables[i].experiment in names])
+    case, further = space.case, ex.further(space.case)
+    scene = prepare(space, [*case.observables, *further], yes, report, imagined=True)
+    names = {o.experiment for o in case.observables}
+    own = _in_experiments(scene, names)
     picture = _at_centre(scene, own)
-    helps = {}
-    for extra in sorted({o.experiment for o in further}):
-        more = np.array(
-            [i for i in scene.used if scene.observables[i].experiment in {*names, extra}]
-        )
-        helps[extra] = _gain(picture, _at_centre(scene, more))
-    outcome = {
-        "observables": [scene.observables[i].key for i in own],
-        "degrees": picture.project.degrees,
-        "effects": powers(scene.effects, picture),
-        "confusability": [[float(c) for c in row] for row in picture.prints.confusability],
-        "self_test": self_test(scene, own) if picture.project.degrees >= FEWEST_DEGREES else {},
-        "further_experiments": helps,
-        "notes": scene.notes,
+    gains = {
+        extra: _gain(picture, _at_centre(scene, _in_experiments(scene, {*names, extra})))
+        for extra in sorted({o.experiment for o in further})
     }
-    return space.note("preflight", outcome)
+    found = Preflight(
+        observables=tuple(scene.observables[i].key for i in own),
+        degrees=picture.project.degrees,
+        effects=powers(scene.effects, picture),
+        confusability=rows_of(picture.prints.confusability),
+        self_test=self_test(scene, own) if picture.project.degrees >= FEWEST_DEGREES else {},
+        further_experiments=gains,
+        notes=tuple(scene.notes),
+        fingerprint=preflight_basis(case, scene.records),
+    )
+    return space.note("preflight", found)
 
 
-def _imagined(setup: str, condition: str, rows: Sequence[Observable]) -> list[Observable]:
-    """Observables of a condition that nobody has measured: those of its set-up, measured as well."""
-    if any(o.condition == condition for o in rows):
-        return []
-    return [
-        Observable(setup, o.response, 0.0, o.scatter, o.replicates, "diagnose", condition)
-        for o in rows
-        if o.setup == setup and not o.condition
-    ]
+def _in_experiments(scene: Scene, names: set[str]) -> np.ndarray:
+    """Indices of the used observables of these experiments."""
+    return np.array([i for i in scene.used if scene.observables[i].experiment in names])
 
 
 def _at_centre(scene: Scene, used: np.ndarray) -> Linear:
@@ -81,46 +72,51 @@ def _at_centre(scene: Scene, used: np.ndarray) -> Linear:
 
 
 def _gain(before: Linear, after: Linear) -> float:
-    """Mean logarithm by which the smallest nameable amplitudes fall; an effect that cannot be named
-    counts as a large one.
-    """
-    low, high = (np.minimum(smallest_nameable(p.prints), 100) for p in (after, before))
+    """Mean logarithm by which the smallest nameable amplitudes fall."""
+    low, high = (np.minimum(smallest_nameable(p.prints), NEVER) for p in (after, before))
     return float(np.log(high / low).mean())
 
 
-def powers(effects: Sequence[Effect], picture: Linear) -> list[dict[str, Any]]:
-    """What each effect would have to be to be seen, and to be named, in its own unit."""
+def rows_of(matrix: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    """A matrix (r, c) as r rows of c numbers."""
+    return tuple(tuple(float(x) for x in row) for row in matrix)
+
+
+def powers(effects: Sequence[Effect], picture: Linear) -> tuple[Power, ...]:
+    """What each of k effects would have to be to be seen, and to be named, in its own unit."""
     slopes = picture.slopes
     d = slopes.shape[1] - len(effects)
     hidden = absorbed_shares(slopes[:, d:], picture.none.covariance, slopes[:, :d])
     cosines = picture.prints.confusability - np.eye(len(effects))
     seen, named = smallest_detectable(picture.prints), smallest_nameable(picture.prints)
-    return [
-        {
-            "effect": e.name,
-            "called": effect_of(e.name).called,
-            "unit": EFFECTS[e.name].unit,
-            "scale": abs(e.scale),
-            "smallest_detectable": finite(seen[i] * abs(e.scale)),
-            "smallest_nameable": finite(named[i] * abs(e.scale)),
-            "absorbed": float(hidden[i]),
-            "alias": effects[int(cosines[i].argmax())].name if len(effects) > 1 else "",
-            "alias_cosine": float(cosines[i].max()),
-        }
+    return tuple(
+        Power(
+            effect=e.name,
+            called=effect_of(e.name).called,
+            unit=EFFECTS[e.name].unit,
+            scale=abs(e.scale),
+            smallest_detectable=finite(seen[i] * abs(e.scale)),
+            smallest_nameable=finite(named[i] * abs(e.scale)),
+            absorbed=float(hidden[i]),
+            alias=effects[int(cosines[i].argmax())].name if len(effects) > 1 else "",
+            alias_cosine=float(cosines[i].max()),
+        )
         for i, e in enumerate(effects)
-    ]
+    )
 
 
 def self_test(
     scene: Scene, used: np.ndarray, trials: int = SELF_TESTS, seed: int = 1
 ) -> dict[str, dict[str, int]]:
-    """Verdicts on imagined measurements: nothing hidden, and each effect at its plausible size;
-    counts by what is printed.
+    """Verdicts on imagined measurements: nothing hidden, and each effect at its plausible size.
+
+    used : indices of the observables; trials : imagined measurements of each. Returns counts of
+    what is printed, by what is hidden.
     """
     rng, d, k = np.random.default_rng(seed), scene.surfaces.dimensions, len(scene.effects)
     found: dict[str, dict[str, int]] = {}
     for hidden in (-1, *range(k)):
-        counts = found.setdefault("none" if hidden < 0 else scene.effects[hidden].name, {})
+        counts = found.setdefault(NONE if hidden < 0 else scene.effects[hidden].name, {})
         for _ in range(trials):
             amplitude = np.zeros(k)
             if hidden >= 0:

@@ -1,138 +1,137 @@
-"""The verdict of a diagnosis in plain words, from the outcome that is noted."""
+"""The verdict of a diagnosis in plain words."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
 
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Gap
+from calibrator.diagnosis.outcome import Diagnosis, ExplanationRun
+from calibrator.diagnosis.verdict import AMBIGUOUS, NO_GAP, NONE, UNKNOWN
+
+PLAUSIBLE = 3  # plausible sizes: an effect that is seen from more on only is not worth a mention
 
 
-def cannot_tell(observables: int, parameters: int, notes: Sequence[str] = ()) -> dict[str, Any]:
-    """The outcome where too few observables are left over for a test."""
+def too_few(observables: int, parameters: int) -> str:
+    """What to say where too few observables are left over for a test."""
     degrees = observables - parameters
-    text = (
+    return (
         f"Cannot tell: {observables} observables against {parameters} parameters leave"
         f" {max(degrees, 0)} degrees of freedom, and a missing effect needs {FEWEST_DEGREES}:"
         f" measure at least {FEWEST_DEGREES - degrees} more, such as steady rate, residual mass or"
         " curvature of the runs that were made, or a second neck."
     )
-    return {"verdict": "cannot tell", "effects": [], "sentence": text, "notes": list(notes)}
 
 
-def sentence(o: dict[str, Any]) -> str:
-    """The verdict in one sentence with its numbers."""
-    p = min(o["detection"]["p_effect"], o["detection"]["p_chi2"])
-    where = o["locations"][0] if o["locations"] else None
+def sentence(found: Diagnosis) -> str:
+    """The verdict of a tested gap with its numbers.
+
+    Raises ValueError where there was no test.
+    """
+    if found.detection is None:
+        raise ValueError("nothing was tested")
+    p = min(found.detection.p_effect, found.detection.p_chi2)
+    if found.verdict == NO_GAP:
+        return (
+            f"No gap: the model meets the measurements within their errors (p = {p:.2g})."
+            f" {_could_have_seen(found)}"
+        )
+    worst = found.locations[0] if found.locations else None
     place = (
-        f", most of all in {where['experiment']} (p = {where['p_holm']:.2g})"
-        if where and where["p_holm"] < 0.05
+        f", most of all in {worst.experiment} (p = {worst.p_holm:.2g})"
+        if worst and worst.p_holm < 0.05
         else ""
     )
     gap = f"Simulation and measurement disagree beyond every known error (p = {p:.2g}{place})"
-    if o["verdict"] == "no gap":
-        return (
-            f"No gap: the model meets the measurements within their errors (p = {p:.2g})."
-            f" {_could_have_seen(o)}"
-        )
-    if o["verdict"] in ("named", "two effects"):
-        return f"{gap}. {_named(o)} {_shrunk(o)} {_refuted(o)}"
-    if o["verdict"] == "ambiguous":
-        names = " or ".join(
-            (
-                "nothing"
-                if n == "none"
-                else "something unknown"
-                if n == "unknown"
-                else effect_of(n).called
-            )
-            for n in o["effects"]
-        )
-        return f"{gap}; what explains it is ambiguous: {names}. {_next(o)}"
-    return f"{gap}, and no effect of the library explains it: unknown. {_next(o)}"
+    if found.explained:
+        return f"{gap}. {_named(found)} {_shrunk(found)} {_refuted(found)}"
+    if found.verdict == AMBIGUOUS:
+        names = " or ".join(_possible(name) for name in found.effects)
+        return f"{gap}; what explains it is ambiguous: {names}. {_next(found)}"
+    return f"{gap}, and no effect of the library explains it: unknown. {_next(found)}"
 
 
-def _next(o: dict[str, Any]) -> str:
+def _possible(name: str) -> str:
+    others = {NONE: "nothing", UNKNOWN: "something unknown"}
+    return others.get(name) or effect_of(name).called
+
+
+def _next(found: Diagnosis) -> str:
     """What to measure next: without each effect in question, else once more where the gap is."""
-    if cures := _cures(o):
+    if cures := _cures(found):
         return (
             f"Next: measure again after {', or after '.join(cures)}; the gap goes with the effect"
             " that is there."
         )
-    where = (
-        f"{o['locations'][0]['experiment']} under another condition"
-        if o["locations"]
-        else "under another condition"
+    where = f"{found.locations[0].experiment} " if found.locations else ""
+    return (
+        f"Next: measure {where}under another condition, and check the parameters that the case"
+        " keeps fixed."
     )
-    return f"Next: measure {where}, and check the parameters that the case keeps fixed."
 
 
-def _could_have_seen(o: dict[str, Any]) -> str:
+def _could_have_seen(found: Diagnosis) -> str:
     seen = [
-        p
-        for p in o["powers"]
-        if p["smallest_detectable"] is not None and p["smallest_detectable"] < 3 * p["scale"]
+        p.detectable
+        for p in found.powers
+        if p.smallest_detectable is not None and p.smallest_detectable < PLAUSIBLE * p.scale
     ]
     if not seen:
         return "No effect of plausible size would have been seen."
-    sizes = (
-        f"{p['called']} of"
-        f" {p['smallest_detectable']:.2g}{'' if p['unit'] == '1' else ' ' + p['unit']}"
-        for p in seen
-    )
-    return f"What would have been seen, with 80 % probability: {', '.join(sizes)}."
+    return f"What would have been seen, with 80 % probability: {', '.join(seen)}."
 
 
-def _named(o: dict[str, Any]) -> str:
-    best = o["explanations"][1]
+def _named(found: Diagnosis) -> str:
+    best = found.explanations[1]
     parts = [
-        f"{effect_of(n).called} ({n} = {a['value']:.3g} +- {_digits(a['error'])})"
-        for n, a in best["amplitudes"].items()
+        f"{effect_of(name).called} ({name} = {size.value:.3g} +- {_digits(size.error)})"
+        for name, size in best.amplitudes.items()
     ]
-    rivals = [e for e in o["explanations"][2:] if e["effects"]]
+    rivals = [one for one in found.explanations[2:] if one.effects]
     rival = (
-        f"; next {effect_of(rivals[0]['effects'][0]).called}, deviance"
-        f" {rivals[0]['deviance'] - best['deviance']:+.1f}"
+        f"; next {effect_of(rivals[0].effects[0]).called}, deviance"
+        f" {rivals[0].deviance - best.deviance:+.1f}"
         if rivals
         else ""
     )
-    return (
-        f"The missing effect is {' and '.join(parts)}{rival}, with posterior {_posterior(o):.2f}."
-    )
+    posterior = max((found.posterior.get(n, math.nan) for n in found.effects), default=math.nan)
+    return f"The missing effect is {' and '.join(parts)}{rival}, with posterior {posterior:.2f}."
 
 
 def _digits(error: float | None) -> str:
     return "an unknown error" if error is None else f"{error:.2g}"
 
 
-def _posterior(o: dict[str, Any]) -> float:
-    return max((o["posterior"].get(n, float("nan")) for n in o["effects"]), default=float("nan"))
-
-
-def _shrunk(o: dict[str, Any]) -> str:
-    before, after = o["explanations"][:2]
+def _shrunk(found: Diagnosis) -> str:
     texts = []
-    for what, words in (("used", "on the data used"), ("held_out", "on held-out data")):
-        if before[f"gap_{what}"] is not None:
-            gap = Gap(before[f"gap_{what}"], after[f"gap_{what}"], before[f"floor_{what}"])
-            closed = "" if math.isnan(gap.closed) else f", {gap.closed:.0%} closed"
-            texts.append(
-                f"{gap.before:.1f} -> {gap.after:.1f} {words} (noise alone {gap.floor:.1f}{closed})"
-            )
-    ghosts = o["ghosts"]
+    for gap, words in _gaps(*found.explanations[:2]):
+        closed = "" if math.isnan(gap.closed) else f", {gap.closed:.0%} closed"
+        texts.append(
+            f"{gap.before:.1f} -> {gap.after:.1f} {words} (noise alone {gap.floor:.1f}{closed})"
+        )
+    text = f"With it the gap, in standard errors, goes from {' and '.join(texts)}"
+    if (ghosts := found.ghosts) is None:
+        return f"{text}."
     return (
-        f"With it the gap, in standard errors, goes from {' and '.join(texts)}; a random effect"
-        f" would remove {ghosts['ghost_median']:.0%} of chi2, this one {ghosts['effect']:.0%}."
+        f"{text}; a random effect would remove {ghosts.ghost_median:.0%} of chi2, this one"
+        f" {ghosts.effect:.0%}."
     )
 
 
-def _refuted(o: dict[str, Any]) -> str:
-    return f"It would be refuted if the gap stayed after {' and '.join(_cures(o))}."
+def _gaps(before: ExplanationRun, after: ExplanationRun) -> list[tuple[Gap, str]]:
+    """The gap on the data used and, where there are some, held out, with words for which it is."""
+    gaps = [(Gap(before.gap_used, after.gap_used, before.floor_used), "on the data used")]
+    if before.gap_held_out is not None and after.gap_held_out is not None:
+        held = Gap(before.gap_held_out, after.gap_held_out, before.floor_held_out)
+        gaps.append((held, "on held-out data"))
+    return gaps
 
 
-def _cures(o: dict[str, Any]) -> list[str]:
+def _refuted(found: Diagnosis) -> str:
+    return f"It would be refuted if the gap stayed after {' and '.join(_cures(found))}."
+
+
+def _cures(found: Diagnosis) -> list[str]:
     """What removes the effects in question; some effects no laboratory can remove."""
-    named = [effect_of(name).removed_by for name in o["effects"] if name not in ("none", "unknown")]
+    named = [effect_of(name).removed_by for name in found.effects if name not in (NONE, UNKNOWN)]
     return [cure for cure in named if cure]

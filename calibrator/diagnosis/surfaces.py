@@ -1,5 +1,4 @@
-"""Response surfaces for the search of a missing effect: quadratic in the parameters, plus the
-change by each effect.
+"""Response surfaces: quadratic in the parameters, plus the change by each effect.
 
 One regression per experiment, all observables at once, because a run gives them all and their seed
 noise hangs together. The surfaces interpolate over the same box as the calibration's; unlike its
@@ -25,8 +24,7 @@ SPARE_RUNS = 8  # more than terms: the seed noise is estimated from these degree
 
 
 def terms(units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
-    """Regressors (n, p) of parameters (n, d) in the unit box and amplitudes (n, k) in plausible
-    scales.
+    """Regressors (n, p) of parameters (n, d) in the unit box and amplitudes (n, k).
 
     Constant, linear and quadratic terms of the parameters; of each effect its amplitude, the
     square, and the products with the parameters, so that an effect may grow with friction, and
@@ -48,16 +46,21 @@ def plain_terms(parameters: int) -> int:
 
 def fewest_runs(parameters: int, effects: int) -> int:
     """Runs of one experiment that the surfaces of so many parameters and effects need at least."""
-    return terms(np.zeros((1, parameters)), np.zeros((1, effects))).shape[1] + SPARE_RUNS
+    regressors = terms(np.zeros((1, parameters)), np.zeros((1, effects)))
+    return int(regressors.shape[1]) + SPARE_RUNS
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Least-squares surfaces of the observables of one experiment.
+    """Least-squares surfaces of the n observables of one experiment.
 
-    coefficients (p, n); inverse (p, p) = (X'X + ridge)^-1; noise (n, n) covariance of one run about
-    the surfaces; misfit (n,) variance by which the surfaces miss the mean of a set, from sets with
-    replicates; degrees of freedom of the noise.
+    Attributes
+    ----------
+    coefficients : (p, n) of the terms.
+    inverse : (p, p), (X'X + ridge)^-1.
+    noise : covariance (n, n) of one run about the surfaces.
+    misfit : variance (n,) by which the surfaces miss the mean of a set, from sets with replicates.
+    degrees : of freedom of the noise.
     """
 
     coefficients: np.ndarray
@@ -70,10 +73,10 @@ class Surface:
     def fit(
         cls, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray, name: str = ""
     ) -> Surface:
-        """Fit to runs: units (m, d), amplitudes (m, k), values (m, n). Effects that no run has get
-        no term and change nothing.
+        """Fit to runs: units (m, d), amplitudes (m, k), values (m, n).
 
-        Raises CalibratorError where there are too few runs for the terms.
+        Effects that no run has get no term and change nothing. Raises CalibratorError where there
+        are too few runs for the terms, or the runs do not tell them apart.
         """
         design = terms(units, amplitudes)
         used = np.ptp(design, axis=0) > 0
@@ -102,12 +105,11 @@ class Surface:
 
 
 def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarray:
-    """Ridge (p,) on how an effect bends and depends on the parameters, which a few runs of each can
-    hardly tell.
+    """Ridge (p,) on how an effect bends and depends on the parameters.
 
-    These coefficients are taken to be normal with a spread of BENDING times the effect's own size,
-    its root mean square over the observables in units of their scatter, as a fit of the amplitudes
-    alone finds it (empirical Bayes).
+    A few runs of each effect can hardly tell. These coefficients are taken to be normal with a
+    spread of BENDING times the effect's own size, its root mean square over the observables in
+    units of their scatter, as a fit of the amplitudes alone finds it (empirical Bayes).
     """
     first = plain_terms(d)
     alone = first + (2 + d) * np.arange(k)
@@ -126,9 +128,11 @@ def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarr
 
 
 def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) -> np.ndarray:
-    """Variance (n,) of lack of fit: what the residuals have beyond the scatter of replicates
-    (Montgomery, Design and Analysis of Experiments, 8th ed., section 11.4.3), over the mean number
-    of replicates; 0 where there are no replicates."""
+    """Variance (n,) of lack of fit; 0 where there are no replicates.
+
+    It is what the residuals have beyond the scatter of replicates (Montgomery, Design and Analysis
+    of Experiments, 8th ed., section 11.4.3), over the mean number of replicates.
+    """
     _, index, counts = np.unique(sets, axis=0, return_inverse=True, return_counts=True)
     pure = len(sets) - len(counts)
     lacking = spare - pure
@@ -143,8 +147,7 @@ def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) 
 def _effect_scatters(
     plain: Surface, change: Surface, units: np.ndarray, amplitudes: np.ndarray, values: np.ndarray
 ) -> np.ndarray:
-    """Variance (k, n) that runs with each effect have about the surfaces beyond the noise of those
-    without, at plausible size.
+    """Variance (k, n) that runs with each effect of plausible size have beyond the noise.
 
     A moist heap comes down as a block in one run and not in the next, a few large grains make a
     discharge uneven, and an effect may bend more than the surfaces do.

@@ -29,6 +29,11 @@ from calibrator.diagnosis.gap import (
 )
 from calibrator.diagnosis.surfaces import Surfaces
 
+CANNOT_TELL, NO_GAP, AMBIGUOUS = "cannot tell", "no gap", "ambiguous"
+NAMED, TWO_EFFECTS = "named", "two effects"
+UNKNOWN = "unknown"  # the verdict, and the explanation that nobody has thought of
+NONE = "none"  # the explanation without any effect
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -103,7 +108,7 @@ class Verdict:
     @property
     def said(self) -> str:
         """The name where there is one, else the kind."""
-        return self.effects[0] if self.kind == "named" else self.kind
+        return self.effects[0] if self.kind == NAMED else self.kind
 
 
 def linear(
@@ -142,47 +147,64 @@ def judge(
     picture = linear(surfaces, measured, effects, used)
     detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
     if picture.project.degrees < FEWEST_DEGREES:
-        return Verdict("cannot tell", (), picture, detection)
+        return Verdict(CANNOT_TELL, (), picture, detection)
     if detection.p_effect >= rule.p_effect and detection.p_chi2 >= rule.p_chi2:
-        return Verdict("no gap", (), picture, detection)
+        return Verdict(NO_GAP, (), picture, detection)
     found = rivals(surfaces, measured, effects, used)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
-    degrees, posterior = surfaces.degrees, found.posterior
-    adequate = [one for one in found.single if one.adequacy(degrees) >= rule.adequacy]
-    weights = dict(
-        zip(["none", *(e.name for e in effects), "unknown"], map(float, posterior), strict=True)
-    )
-    fits = {one.effects[0]: one.adequacy(degrees) for one in found.single}
+    evidence = _Evidence(surfaces, measured, effects, used, rule, found, ghost)
+    kind, names, best = _explained(evidence)
+    p = float("nan")
+    if best is not None and len(held):
+        p = withstands(surfaces, everything, effects, best, used, held)
+    if p < rule.held_out:
+        kind, names, best = AMBIGUOUS, (*names, UNKNOWN), None
+    fits = {one.effects[0]: one.adequacy(surfaces.degrees) for one in found.single}
+    return Verdict(kind, names, picture, detection, found, best, ghost, p, evidence.weights, fits)
 
-    def verdict(kind: str, names: tuple[str, ...], best: Explanation | None = None) -> Verdict:
-        p = (
-            withstands(surfaces, everything, effects, best, used, held)
-            if best is not None and len(held)
-            else float("nan")
-        )
-        if p < rule.held_out:
-            kind, names, best = "ambiguous", (*names, "unknown"), None
-        return Verdict(kind, names, picture, detection, found, best, ghost, p, weights, fits)
 
-    if not adequate:
-        two = _pair(surfaces, measured, effects, used, rule, found)
-        return (
-            verdict("two effects", two.effects, two) if two is not None else verdict("unknown", ())
-        )
+@dataclass(frozen=True, eq=False)
+class _Evidence:
+    """What a gap's explanation is judged by, all that is held out apart."""
+
+    surfaces: Surfaces
+    measured: Measured
+    effects: Sequence[Effect]
+    used: np.ndarray
+    rule: Rule
+    rivals: Rivals
+    ghost: float
+
+    @property
+    def weights(self) -> dict[str, float]:
+        """Posterior probability of each explanation by its name."""
+        names = [NONE, *(e.name for e in self.effects), UNKNOWN]
+        return dict(zip(names, map(float, self.rivals.posterior), strict=True))
+
+    @property
+    def adequate(self) -> list[Explanation]:
+        """Single effects that fit."""
+        fits = [(one, one.adequacy(self.surfaces.degrees)) for one in self.rivals.single]
+        return [one for one, p in fits if p >= self.rule.adequacy]
+
+
+def _explained(evidence: _Evidence) -> tuple[str, tuple[str, ...], Explanation | None]:
+    """Kind and effects of the verdict on a gap, and the fit of the named ones."""
+    if not (adequate := evidence.adequate):
+        two = _pair(evidence)
+        return (UNKNOWN, (), None) if two is None else (TWO_EFFECTS, two.effects, two)
     best = max(adequate, key=lambda one: one.log_evidence)
-    (control,) = (e.control for e in effects if e.name in best.effects)
-    if not control and _nameable(
-        best, found, weights, ghost, rule, len(used) - surfaces.dimensions
-    ):
-        if not _wants_a_second(surfaces, measured, effects, used, rule, best):
-            return verdict("named", best.effects, best)
-        return verdict("ambiguous", (*best.effects, "unknown"))
-    names = _credible_set(weights, rule.coverage)
-    if names == ("unknown",):
-        return verdict("unknown", ())
+    (control,) = (e.control for e in evidence.effects if e.name in best.effects)
+    if not control and _nameable(best, evidence):
+        if not _wants_a_second(best, evidence):
+            return NAMED, best.effects, best
+        return AMBIGUOUS, (*best.effects, UNKNOWN), None
+    names = _credible_set(evidence.weights, evidence.rule.coverage)
+    if names == (UNKNOWN,):
+        return UNKNOWN, (), None
     if len(names) == 1:  # probable, but not clear of chance or of a rival
-        names = (*names, "unknown")
-    return verdict("ambiguous", names)
+        names = (*names, UNKNOWN)
+    return AMBIGUOUS, names, None
 
 
 def withstands(
@@ -212,21 +234,15 @@ def withstands(
     return tail(max(rise, 0.0), len(held), surfaces.degrees)
 
 
-def _nameable(
-    best: Explanation,
-    found: Rivals,
-    weights: dict[str, float],
-    ghost: float,
-    rule: Rule,
-    degrees: int,
-) -> bool:
+def _nameable(best: Explanation, evidence: _Evidence) -> bool:
     (name,) = best.effects
-    others = [one.deviance for one in found.single if one.effects != best.effects]
+    rule, degrees = evidence.rule, len(evidence.used) - evidence.surfaces.dimensions
+    others = [one.deviance for one in evidence.rivals.single if one.effects != best.effects]
     return (
-        weights[name] >= rule.posterior
+        evidence.weights[name] >= rule.posterior
         and all(deviance >= best.deviance + rule.lead for deviance in others)
         and _plausible(best, rule)
-        and ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
+        and evidence.ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
     )
 
 
@@ -237,33 +253,24 @@ def _plausible(one: Explanation, rule: Rule) -> bool:
     return bool(((rule.errors * error < size) & (size < rule.reach)).all())
 
 
-def _wants_a_second(
-    surfaces: Surfaces,
-    measured: Measured,
-    effects: Sequence[Effect],
-    used: np.ndarray,
-    rule: Rule,
-    best: Explanation,
-) -> bool:
-    """Whether a second effect beside this one explains so much more that one alone is not the whole
-    story.
-    """
+def _wants_a_second(best: Explanation, evidence: _Evidence) -> bool:
+    """Whether a second effect explains so much more that this one is not the whole story."""
+    surfaces, measured, effects = evidence.surfaces, evidence.measured, evidence.effects
     (k,) = (i for i, e in enumerate(effects) if e.name in best.effects)
     others = [
         i
         for i, e in enumerate(effects)
         if i != k and e.name not in effects[k].excludes and best.effects[0] not in e.excludes
     ]
+    needed = best.deviance - evidence.rule.second
     return any(
-        explain(surfaces, measured, effects, (k, i), used).deviance < best.deviance - rule.second
+        explain(surfaces, measured, effects, (k, i), evidence.used).deviance < needed
         for i in others
     )
 
 
 def _credible_set(weights: dict[str, float], coverage: float) -> tuple[str, ...]:
-    """The smallest set of explanations, none left out, that holds the posterior probability asked
-    for.
-    """
+    """The smallest set of explanations that holds the posterior probability asked for."""
     names, held = [], 0.0
     for name in sorted(weights, key=weights.__getitem__, reverse=True):
         names.append(name)
@@ -273,21 +280,15 @@ def _credible_set(weights: dict[str, float], coverage: float) -> tuple[str, ...]
     return tuple(names)
 
 
-def _pair(
-    surfaces: Surfaces,
-    measured: Measured,
-    effects: Sequence[Effect],
-    kept: np.ndarray,
-    rule: Rule,
-    found: Rivals,
-) -> Explanation | None:
+def _pair(evidence: _Evidence) -> Explanation | None:
     """The pair of effects that explains what no single one does, or None."""
-    if len(kept) - surfaces.dimensions - 2 < 1 or len(effects) < 2:
+    surfaces, effects, rule = evidence.surfaces, evidence.effects, evidence.rule
+    if len(evidence.used) - surfaces.dimensions - 2 < 1 or len(effects) < 2:
         return None
-    if not (found_pairs := pairs(surfaces, measured, effects, kept)):
+    if not (found := pairs(surfaces, evidence.measured, effects, evidence.used)):
         return None
-    best, *others = found_pairs
-    alone = [one.deviance for one in found.single if one.effects[0] in best.effects]
+    best, *others = found
+    alone = [one.deviance for one in evidence.rivals.single if one.effects[0] in best.effects]
     clear = not others or others[0].deviance > best.deviance + rule.pair_lead
     worthwhile = all(deviance > best.deviance + rule.pair_gain for deviance in alone)
     refutable = not any(e.control for e in effects if e.name in best.effects)

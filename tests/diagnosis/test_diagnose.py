@@ -1,5 +1,6 @@
 """`diagnose` from end to end, on the fake YADE, whose formulas know adhesion and drag."""
 
+import dataclasses
 import json
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,10 +11,15 @@ import pytest
 from calibrator.case.toml import read_case
 from calibrator.cli import main
 from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis.basis import diagnosis_now, preflight_now
 from calibrator.diagnosis.diagnose import _confirmed, diagnose
+from calibrator.diagnosis.outcome import Diagnosis, Preflight
+from calibrator.diagnosis.preflight import preflight
 from calibrator.errors import CalibratorError
 from calibrator.plan import seeds
 from calibrator.plan.seeds import CONFIRM_SEED
+from calibrator.report.diagnosis import write_diagnosis
+from calibrator.runs.database import Database
 from calibrator.runs.workspace import Workspace
 from tests.toy_laboratory import NUISANCES, SMALL, lab
 
@@ -25,28 +31,26 @@ def test_a_hidden_effect_is_named_and_the_gap_closes_also_on_data_that_were_held
 ):
     here = space(bond_number=0.6)
     found = diagnose(here)
-    assert (found["verdict"], found["effects"]) == ("named", ["bond_number"])
-    before, after = found["explanations"][:2]
-    size = after["amplitudes"]["bond_number"]
-    assert abs(size["value"] - 0.6) < 4 * size["error"]
-    assert (
-        before["gap_used"] > 2 * after["gap_used"]
-        and before["gap_held_out"] > 2 * after["gap_held_out"]
-    )
+    assert (found.verdict, found.effects) == ("named", ("bond_number",))
+    before, after = found.explanations[:2]
+    size = after.amplitudes["bond_number"]
+    assert abs(size.value - 0.6) < 4 * size.error
+    assert before.gap_used > 2 * after.gap_used and before.gap_held_out > 2 * after.gap_held_out
     for part in (
         "adhesion (bond_number = ",
         "held-out data",
         "a random effect would remove",
         "refuted if",
     ):
-        assert part in found["sentence"]
+        assert part in found.sentence
     calls = (here.path / "calls.txt").read_text().count("\n")
-    assert diagnose(here)["sentence"] == found["sentence"]
+    assert here.outcome("diagnose", Diagnosis) == found
+    assert diagnose(here) == found
     assert (here.path / "calls.txt").read_text().count("\n") == calls  # nothing is run twice
-    case = read_case(found["new_case"])
+    case = read_case(found.new_case)
     assert case.problem.names[-1] == "bond_number"
     assert case.problem.low[-1] < 0.6 < case.problem.high[-1]
-    assert main(["check", found["new_case"], "--results", str(tmp_path / "again")]) == 0
+    assert main(["check", found.new_case, "--results", str(tmp_path / "again")]) == 0
 
 
 def test_a_name_that_does_not_predict_the_held_out_rows_is_taken_back_and_said_so(
@@ -59,12 +63,9 @@ def test_a_name_that_does_not_predict_the_held_out_rows_is_taken_back_and_said_s
             row[3] = repr(1.5 * float(row[3]))
     case = read_case(write_case(SMALL, lab="\n".join(map(",".join, rows)) + "\n"))
     found = diagnose(Workspace(case, tmp_path / "results" / "toy"))
-    assert (found["verdict"], found["effects"], found["new_case"]) == (
-        "ambiguous",
-        ["bond_number", "unknown"],
-        "",
-    )
-    assert any("does not predict those held out" in note for note in found["notes"])
+    assert (found.verdict, found.effects) == ("ambiguous", ("bond_number", "unknown"))
+    assert found.new_case == ""
+    assert any("does not predict those held out" in note for note in found.notes)
 
 
 @pytest.mark.parametrize(("index", "name"), [(0, ""), (1, "bond_number"), (2, "bed_viscosity")])
@@ -80,15 +81,15 @@ def test_an_effect_that_clogs_in_the_confirming_runs_is_left_out_and_no_name(spa
             diagnose(here)
         return
     found = diagnose(here)
-    named = ("named", ["bond_number"]) if index == 2 else ("ambiguous", ["bond_number", "unknown"])
-    assert (found["verdict"], found["effects"]) == named
-    assert any(f"{name} could not be run" in note for note in found["notes"])
-    assert all(one["effects"] != [name] for one in found["explanations"])
-    assert bool(found["new_case"]) is (index == 2)
+    named = ("named", ("bond_number",)) if index == 2 else ("ambiguous", ("bond_number", "unknown"))
+    assert (found.verdict, found.effects) == named
+    assert any(f"{name} could not be run" in note for note in found.notes)
+    assert all(one.effects != (name,) for one in found.explanations)
+    assert bool(found.new_case) is (index == 2)
 
 
 def fresh(*effects, gap=1.0, p=0.5):
-    return {"effects": list(effects), "gap_used": gap, "fresh_probability": p}
+    return SimpleNamespace(effects=effects, gap_used=gap, fresh_probability=p)
 
 
 @pytest.mark.parametrize(
@@ -107,10 +108,44 @@ def test_a_name_needs_fresh_runs_that_meet_the_measurements(runs, kind):
     assert _confirmed(verdict, runs) == (kind, names)
 
 
+def test_an_outcome_is_believed_while_the_case_and_the_runs_are_those_it_was_computed_from(
+    space, fake_yade, tmp_path
+):
+    here = space(bond_number=0.6)
+    noted, seen = diagnose(here), preflight(here)
+    assert here.current("diagnose", Diagnosis, diagnosis_now(here)) == noted
+    assert here.current("preflight", Preflight, preflight_now(here)) == seen
+    case = here.case
+
+    def stale(**changes):
+        return Workspace(dataclasses.replace(case, **changes), here.path)
+
+    corrected = dataclasses.replace(case.observables[0], value=1500.0)
+    lab_changed = stale(observables=(corrected, *case.observables[1:]))
+    with pytest.raises(CalibratorError, match="^measurements changed since diagnose: run"):
+        lab_changed.current("diagnose", Diagnosis, diagnosis_now(lab_changed))
+    # the values play no part in a pre-flight
+    lab_changed.current("preflight", Preflight, preflight_now(lab_changed))
+    surer = stale(nuisances=case.nuisances[1:])
+    for verb, kind, now in (
+        ("diagnose", Diagnosis, diagnosis_now(surer)),
+        ("preflight", Preflight, preflight_now(surer)),
+    ):
+        with pytest.raises(CalibratorError, match=f"^nuisances changed since {verb}: run"):
+            surer.current(verb, kind, now)
+    richer = stale(diagnosis=dataclasses.replace(case.diagnosis, budget_core_hours=9.0))
+    richer.current("diagnose", Diagnosis, diagnosis_now(richer))
+    confirming = Database.read(here.path / "diagnosis_confirmed.csv").records
+    here.runs.record(next(iter(confirming.values())).request).unlink()
+    with pytest.raises(CalibratorError, match="^records changed since diagnose: run"):
+        here.current("diagnose", Diagnosis, diagnosis_now(here))
+    here.current("preflight", Preflight, preflight_now(here))  # it has used no such run
+
+
 def test_where_nothing_is_hidden_no_gap_is_reported_with_what_would_have_been_seen(space):
     found = diagnose(space())
-    assert found["verdict"] == "no gap"
-    assert "would have been seen" in found["sentence"] and "adhesion of" in found["sentence"]
+    assert found.verdict == "no gap"
+    assert "would have been seen" in found.sentence and "adhesion of" in found.sentence
 
 
 def test_five_numbers_against_three_parameters_cannot_tell_and_cost_no_run(
@@ -118,8 +153,10 @@ def test_five_numbers_against_three_parameters_cannot_tell_and_cost_no_run(
 ):
     space = Workspace(read_case(write_case()), tmp_path / "results" / "toy")
     found = diagnose(space)
-    assert found["verdict"] == "cannot tell" and "measure at least 5 more" in found["sentence"]
+    assert found.verdict == "cannot tell" and "measure at least 5 more" in found.sentence
     assert not (space.path / "calls.txt").exists()
+    assert space.current("diagnose", Diagnosis, diagnosis_now(space)) == found
+    assert "measure at least 5 more" in Path(write_diagnosis(space, found)).read_text()
 
 
 def test_check_says_what_the_lab_file_lacks_for_a_diagnosis_and_takes_another_one(
@@ -176,7 +213,7 @@ def test_runs_that_could_not_be_used_are_told_with_what_became_of_them(space):
     here = space()
     here.path.mkdir(parents=True)
     (here.path / "misbehave.json").write_text(json.dumps({"700000": "clog", "700001": "clog"}))
-    assert "2 of 52 runs of hourglass are left out: 2 clogged" in diagnose(here)["notes"]
+    assert "2 of 52 runs of hourglass are left out: 2 clogged" in diagnose(here).notes
 
 
 def test_runs_beyond_the_budget_are_made_only_when_the_user_agrees(write_case, fake_yade, tmp_path):
@@ -206,9 +243,9 @@ def test_a_condition_that_takes_an_effect_away_has_no_runs_with_it_and_does_not_
     assert {float(r.value("bond_number")) for r in asked} == {0.0}
     assert sum(float(r.value("bed_viscosity")) > 0 for r in asked) == case.diagnosis.effect_sets
     found = diagnose(Workspace(case, tmp_path / "results" / "toy"))
-    assert (found["verdict"], found["effects"]) == ("named", ["bond_number"])
-    used = [o["key"] for o in found["observables"] if o["used"]]
-    shifts = dict(zip(used, found["fingerprints"]["shifts"], strict=True))
+    assert (found.verdict, found.effects) == ("named", ("bond_number",))
+    used = [row.key for row in found.observables if row.used]
+    shifts = dict(zip(used, found.fingerprints.shifts, strict=True))
     assert {key: own[0] == 0 for key, own in shifts.items()} == {
         key: "dried" in key for key in shifts
     }

@@ -26,9 +26,7 @@ def _figure(rows: int, width: float = WIDTH, row: float = ROW) -> tuple[Figure, 
 def residuals(
     labels: Sequence[str], held_out: Sequence[bool], before: np.ndarray, after: np.ndarray | None
 ) -> Figure:
-    """Residual (n,) of each observable in standard errors, of the model as it is and with the
-    effect added.
-    """
+    """Residuals (n,) in standard errors, of the model as it is and with the effect added."""
     figure, ax = _figure(len(labels))
     at = np.arange(len(labels))[::-1]
     ax.axvspan(-2, 2, color=PALE, lw=0, zorder=0)
@@ -48,9 +46,7 @@ def residuals(
 
 @styled
 def locations(names: Sequence[str], p: np.ndarray) -> Figure:
-    """How surprising each experiment is, predicted from all others: corrected p (k,) on a
-    logarithmic axis.
-    """
+    """How surprising each experiment is, predicted from all others: p (k,), logarithmic."""
     figure, ax = _figure(len(names), 0.7 * WIDTH, 0.34)
     at = np.arange(len(names))[::-1]
     ax.barh(
@@ -69,9 +65,7 @@ def locations(names: Sequence[str], p: np.ndarray) -> Figure:
 def heat(
     rows: Sequence[str], columns: Sequence[str], values: np.ndarray, label: str, largest: float
 ) -> Figure:
-    """A matrix (r, c) of numbers as colours with the numbers written in; the scale ends at
-    +-largest.
-    """
+    """A matrix (r, c) as colours, with its numbers written in; the scale ends at +-largest."""
     figure, ax = _figure(len(rows) + 4, min(WIDTH, 2.6 + 0.62 * len(columns)), 0.3)
     ax.imshow(values, cmap="RdBu_r", vmin=-largest, vmax=largest, aspect="auto")
     ax.set_xticks(range(len(columns)), columns, rotation=40, ha="right", rotation_mode="anchor")
@@ -117,9 +111,7 @@ def posterior(weights: Mapping[str, float], adequate: Mapping[str, bool], needed
 
 @styled
 def ghosts(shares: Mapping[str, float], median: float, upper: float) -> Figure:
-    """Share of chi2 that each effect removes, beside what a random library of as many effects
-    reaches.
-    """
+    """Share of chi2 that each effect removes, beside what a random library reaches."""
     figure, ax = _figure(len(shares), 0.8 * WIDTH, 0.32)
     at = np.arange(len(shares))[::-1]
     ax.axvspan(0, upper, color=PALE, lw=0, label="ghosts, 95 %")
@@ -139,9 +131,7 @@ def gap(
     held_out: np.ndarray | None,
     floors: tuple[float, float],
 ) -> Figure:
-    """Gap on the data used and held out, for the model as it is and for each explanation that was
-    run on YADE.
-    """
+    """Gap on the data used and held out (k,), of each explanation that was run on YADE."""
     figure, ax = _figure(len(labels) * 2, 0.8 * WIDTH)
     at = np.arange(len(labels))[::-1] * 1.0
     ax.barh(at + 0.2, used, height=0.36, color=BLUE, label="data used")
@@ -163,9 +153,7 @@ def gap(
 
 @styled
 def powers(labels: Sequence[str], detectable: np.ndarray, nameable: np.ndarray) -> Figure:
-    """Smallest amplitudes (k,) that would be seen and named, in plausible sizes, on a logarithmic
-    axis; inf: never.
-    """
+    """Smallest amplitudes (k,) that would be seen and named, in plausible sizes; inf: never."""
     figure, ax = _figure(len(labels), 0.85 * WIDTH, 0.32)
     at = np.arange(len(labels))[::-1]
     low, high = (np.minimum(values, 30.0) for values in (detectable, nameable))

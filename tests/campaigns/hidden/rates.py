@@ -209,7 +209,7 @@ def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
     ).only(judged.used)
     picture = linear(judged.surfaces, measured, judged.effects, judged.used)
     return [
-        {**own, "strong": AMPLITUDES["strong"] * own["scale"]}
+        {**vars(own), "strong": AMPLITUDES["strong"] * own.scale}
         for own in powers(judged.effects, picture)
     ]
 

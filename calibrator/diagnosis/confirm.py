@@ -1,0 +1,195 @@
+"""Fresh YADE runs at the explanations of a gap: does it go away?
+
+The surfaces of a wrong effect can bend where no run has been made, so that it explains what they
+see of the data, and yet not the data. Runs at its best parameters, with new seeds, tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrator.case.codec import finite
+from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis import observed
+from calibrator.diagnosis.basis import CONFIRMED
+from calibrator.diagnosis.explanations import Explanation, tail
+from calibrator.diagnosis.outcome import Amplitude, ExplanationRun, ObservableRow
+from calibrator.diagnosis.runs import Scene, by_experiment, carried_out
+from calibrator.diagnosis.verdict import Verdict
+from calibrator.errors import CalibratorError
+from calibrator.plan.seeds import confirm_seed
+from calibrator.runs.database import Database
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
+from calibrator.runs.workspace import Report, Workspace, made_by
+
+SHORTLIST = 3  # explanations that are run on YADE beside the model as it is
+
+
+@dataclass(frozen=True, eq=False)
+class Confirmation:
+    """Explanations that could be run, the model as it is first.
+
+    Attributes
+    ----------
+    explanations : each of them, with what its runs say.
+    rows : all n observables with their fresh runs.
+    notes : sentences on runs and explanations left out.
+    records : the finished runs.
+    """
+
+    explanations: tuple[ExplanationRun, ...]
+    rows: tuple[ObservableRow, ...]
+    notes: tuple[str, ...]
+    records: tuple[Record, ...]
+
+
+def confirm(
+    space: Workspace, scene: Scene, verdict: Verdict, yes: bool, report: Report
+) -> Confirmation:
+    """Run the explanations worth it on YADE, with new seeds.
+
+    An effect all of whose runs of an experiment fail, as by clogging where the laboratory's grains
+    flowed, is left out and said so. Raises CalibratorError where that happens to the model as it
+    is, without which there is nothing to show, and where the runs are beyond the budget unless
+    `yes`.
+    """
+    tried = _shortlist(verdict)
+    requests = [_fresh(space, scene, one, index) for index, one in enumerate(tried)]
+    records = carried_out(space, [r for one in requests for own in one for r in own], yes, report)
+    Database(records.values()).write(space.folder() / CONFIRMED, made_by(space, "diagnose"))
+    found = [by_experiment(records, own) for own in requests]
+    notes = [
+        note
+        for own in found
+        for e, r in zip(scene.experiments, own, strict=True)
+        for note in observed.left_out(e, r)
+    ]
+    kept, runs = [], []
+    for index, (one, own) in enumerate(zip(tried, found, strict=True)):
+        try:
+            runs.append(observed.averages(scene.experiments, own))
+            kept.append(one)
+        except CalibratorError as error:
+            if index == 0:
+                raise
+            names = " and ".join(one.effects)
+            notes.append(f"{names} could not be run at its best parameters: {error}")
+    return Confirmation(
+        tuple(_explanation(scene, one, own) for one, own in zip(kept, runs, strict=True)),
+        _rows(scene, runs),
+        tuple(notes),
+        tuple(records.values()),
+    )
+
+
+def _shortlist(verdict: Verdict) -> list[Explanation]:
+    """The model as it is, and the explanations worth running.
+
+    The named ones come first, then the most probable.
+    """
+    if verdict.rivals is None:
+        return [verdict.picture.none]
+    ranked = sorted(verdict.rivals.single, key=lambda one: one.log_evidence, reverse=True)
+    best = [verdict.best] if verdict.best is not None else []
+    others = [one for one in ranked if not best or one.effects != best[0].effects]
+    return [verdict.picture.none, *best, *others][: 1 + SHORTLIST]
+
+
+def _fresh(space: Workspace, scene: Scene, one: Explanation, index: int) -> list[list[Request]]:
+    """Runs of an explanation with new seeds, a list per experiment; index keeps several apart."""
+    case, at = space.case, ex.point(space.case, one.unit)
+    sizes = zip(scene.effects, one.amplitude, strict=True)
+    added = {
+        effect.name: ex.column_value(effect, size)
+        for effect, size in sizes
+        if effect.name in one.effects
+    }
+    return [
+        [
+            ex.request(case, e, at, confirm_seed(case, i, index, j), added)
+            for j in range(case.diagnosis.verify_replicates)
+        ]
+        for i, e in enumerate(scene.experiments)
+    ]
+
+
+def _standardised(scene: Scene, runs: observed.Averages) -> np.ndarray:
+    """Residuals (n,) of fresh runs over standard errors that are the same for all explanations.
+
+    Larger errors of one explanation would pass for a smaller gap.
+    """
+    error = np.sqrt(np.diag(scene.measured.covariance) + np.diag(scene.surfaces.noise) / runs.count)
+    return np.asarray((scene.measured.values - runs.mean) / error)
+
+
+def _fresh_probability(scene: Scene, one: Explanation, runs: observed.Averages) -> float:
+    """Probability that fresh runs miss the measurements, used and held out, by as much as these.
+
+    Errors are those of the measurements, the seeds of the fresh runs, which scatter more where a
+    neck is about to clog or a heap may stand, and of the place in the box where the fit put them.
+    """
+    plain = np.sqrt(np.diag(scene.surfaces.noise))
+    expected = np.sqrt(plain**2 + scene.surfaces.extra_scatter(one.amplitude))
+    error = observed.pooled_scatter(runs.scatter, runs.count, expected) / np.sqrt(runs.count)
+    noise = scene.surfaces.noise / np.outer(plain, plain) * np.outer(error, error)
+    added = [len(one.unit) + i for i, e in enumerate(scene.effects) if e.name in one.effects]
+    slopes = scene.surfaces.jacobian(one.unit, one.amplitude)[:, [*range(len(one.unit)), *added]]
+    index = np.concatenate([scene.used, scene.held])
+    covariance = (scene.measured.covariance + noise + slopes @ one.spread @ slopes.T)[
+        np.ix_(index, index)
+    ]
+    residual = (scene.measured.values - runs.mean)[index]
+    return tail(
+        float(residual @ np.linalg.solve(covariance, residual)), len(index), scene.surfaces.degrees
+    )
+
+
+def _rows(scene: Scene, runs: Sequence[observed.Averages]) -> tuple[ObservableRow, ...]:
+    z = [_standardised(scene, one) for one in runs]
+    errors = np.sqrt(np.diag(scene.measured.covariance))
+    used = set(scene.used.tolist())
+    return tuple(
+        ObservableRow(
+            key=o.key,
+            experiment=o.experiment,
+            role=o.role,
+            used=i in used,
+            measured=float(scene.measured.values[i]),
+            error=float(errors[i]),
+            simulated=tuple(float(own.mean[i]) for own in runs),
+            z=tuple(float(own[i]) for own in z),
+        )
+        for i, o in enumerate(scene.observables)
+    )
+
+
+def _explanation(scene: Scene, one: Explanation, runs: observed.Averages) -> ExplanationRun:
+    z = _standardised(scene, runs)
+    free, used = len(one.unit) + len(one.effects), z[scene.used]
+    return ExplanationRun(
+        effects=one.effects,
+        parameters_unit=tuple(float(u) for u in one.unit),
+        amplitudes={
+            e.name: Amplitude(ex.column_value(e, a), finite(s * abs(e.scale)))
+            for e, a, s in zip(scene.effects, one.amplitude, one.amplitude_error, strict=True)
+            if e.name in one.effects
+        },
+        chi2=one.chi2,
+        deviance=one.deviance,
+        degrees=one.degrees,
+        adequacy=one.adequacy(scene.surfaces.degrees),
+        fresh_probability=_fresh_probability(scene, one, runs),
+        gap_used=_rms(used),
+        floor_used=math.sqrt(max(len(used) - free, 1) / len(used)),
+        gap_held_out=_rms(z[scene.held]) if len(scene.held) else None,
+        floor_held_out=1.0,
+    )
+
+
+def _rms(z: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(z**2)))
