@@ -106,6 +106,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _interrupt(*_: Any) -> None:
+    """End as Ctrl-C does: finished runs are kept."""
     raise KeyboardInterrupt
 
 
@@ -128,6 +129,7 @@ def _path(text: str) -> Path:
 
 
 def _parser() -> argparse.ArgumentParser:
+    """The parser of the command line, a subcommand for each verb."""
     parser = _Parser(
         prog="calibrator", description="Calibrate the particle parameters of a DEM model with YADE."
     )
@@ -141,6 +143,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
+    """Add the options that a verb takes."""
     own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
     own.add_argument(
         "--results",
@@ -194,6 +197,7 @@ def _given(options: argparse.Namespace) -> tuple[str, ...]:
 
 
 def _workspace(options: argparse.Namespace) -> Workspace:
+    """The case that was named, and the folder of its results."""
     # heavy imports only after the arguments are known to be good
     from calibrator.runs.workspace import Workspace
 
@@ -226,6 +230,7 @@ def _do(options: argparse.Namespace) -> int:
 
 
 def _diagnose(options: argparse.Namespace, space: Workspace) -> int:
+    """Carry out a verb of the diagnosis; returns the exit status."""
     outcome = DIAGNOSIS[options.verb](space, options.yes)
     if options.json:
         say_json(outcome)

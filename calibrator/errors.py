@@ -17,8 +17,9 @@ class CalibratorError(Exception):
 
 
 def one_line(text: str) -> str:
-    """The text without line breaks, control characters and lone surrogates, its middle cut out
-    where it is very long.
+    """The text without line breaks, control characters and lone surrogates.
+
+    Its middle is cut out where it is very long.
     """
     text = str(text)
     if len(text) > LONGEST:
@@ -27,8 +28,9 @@ def one_line(text: str) -> str:
 
 
 def shown(value: object) -> str:
-    """repr of a value that a user gave, shortened; some, such as an integer of 5000 digits, have
-    none.
+    """What a user gave, as repr shows it, shortened.
+
+    Some values, such as an integer of 5000 digits, have no repr; these are named by their type.
     """
     try:
         text = repr(value)

@@ -1,5 +1,4 @@
-"""Files: what a case names and what a run left are read with care, and files are written whole or
-not at all.
+"""Files that others made are read with care, and files are written whole or not at all.
 
 Read are regular files of a bounded size only: a pipe or a device would be waited for, or never end.
 Nothing is unpickled.
@@ -70,16 +69,19 @@ def parse_json(text: str) -> Any:
 
 
 def _refuse_constant(text: str) -> float:
+    """Raise ValueError: JSON has neither NaN nor infinities."""
     raise ValueError(f"{text} is not a number")
 
 
 def _integer(text: str) -> int:
+    """The integer, if a float can hold it."""
     if len(text) > 302 or abs(int(text)) > LARGEST_INTEGER:
         raise ValueError(f"an integer of {len(text)} digits")
     return int(text)
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """The object of these pairs; ValueError where a key occurs twice."""
     found = dict(pairs)
     if len(found) < len(pairs):
         raise ValueError("a key is given twice")
@@ -87,10 +89,10 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_arrays(path: Path, megabytes: float = 256) -> dict[str, np.ndarray]:
-    """The arrays of an .npz file as floats. Raises FileNotFoundError, or ValueError where it is
-    damaged.
+    """The arrays of an .npz file as floats.
 
     A file that would have to be unpickled is refused: unpickling runs whatever code the file holds.
+    Raises FileNotFoundError, or ValueError where it is damaged.
     """
     try:
         read_bytes(path, megabytes, links=False)

@@ -6,9 +6,8 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
-from calibrator.case.codec import schema_of
+from calibrator.case.codec import Table, schema_of
 from calibrator.case.vocabulary import SCHEMA
 from calibrator.check import Checked
 from calibrator.diagnosis.outcome import Diagnosis, Preflight
@@ -32,7 +31,7 @@ OUTCOMES: dict[str, type] = {
 """Outcome of each verb."""
 
 
-def schema() -> dict[str, Any]:
+def schema() -> Table:
     """JSON schema (draft 2020-12) of summary.json."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

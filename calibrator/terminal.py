@@ -12,8 +12,9 @@ from calibrator.runs.batch import Progress
 
 
 def say(text: str) -> None:
-    """Print what a terminal of any encoding can show: a path may hold bytes that are no text at
-    all.
+    """Print what a terminal of any encoding can show.
+
+    A path may hold bytes that are no text at all.
     """
     encoding = sys.stdout.encoding or "utf-8"
     print(text.encode(encoding, "backslashreplace").decode(encoding))
@@ -25,8 +26,9 @@ def say_json(outcome: Any) -> None:
 
 
 class ProgressBar:
-    """Runs done and failed, and time left: a line that rewrites itself on a terminal, a line a
-    minute elsewhere.
+    """Runs done and failed, and time left.
+
+    A line that rewrites itself on a terminal, a line a minute elsewhere.
     """
 
     def __init__(self, stream: Any) -> None:
@@ -50,4 +52,5 @@ class ProgressBar:
 
 
 def _minutes(seconds: float) -> str:
+    """Seconds as minutes:seconds."""
     return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -30,7 +30,8 @@ class Case:
     """Everything one calibration needs.
 
     path : the TOML file; measured : the lab file; truth : the known answer of a synthetic lab (or
-    empty).
+    empty). Raises CalibratorError for a plan of more than MOST_RUNS runs, and for a shipped
+    database outside the case's folder.
     """
 
     name: str
@@ -74,15 +75,14 @@ class Case:
 
     @property
     def shipped(self) -> Path | None:
-        """The response database that may serve as a start, relative to the case file;
+        """The response database that may serve as a start; None where none is named.
 
-        None where none is named.
+        Its path is taken relative to the case file.
         """
         return named_file(self.path, self.run.shipped, "shipped") if self.run.shipped else None
 
     def without_shipped_verification(self) -> Case:
         """The same case, for which verification and validation have to be run here."""
-        verify, validate = (
-            dataclasses.replace(s, shipped="") for s in (self.verify, self.validate)
-        )
+        verify = dataclasses.replace(self.verify, shipped="")
+        validate = dataclasses.replace(self.validate, shipped="")
         return dataclasses.replace(self, verify=verify, validate=validate)

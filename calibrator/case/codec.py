@@ -22,6 +22,8 @@ from calibrator.case.problem import known
 from calibrator.errors import CalibratorError, shown
 
 T = TypeVar("T")
+Table = dict[str, Any]
+"""A table of a TOML file, or an object of JSON: values by key."""
 
 
 def plain(value: Any) -> Any:
@@ -29,6 +31,9 @@ def plain(value: Any) -> Any:
 
     An array's NaN becomes null, as JSON has none. Raises ValueError for a number that is not finite
     outside an array: there, whoever makes the value says None.
+
+    >>> plain({"box": (0.5, np.array([1.0, np.nan]))})
+    {'box': [0.5, [1.0, None]]}
     """
     if dataclasses.is_dataclass(value):
         names = [f.name for f in dataclasses.fields(value)]
@@ -64,14 +69,21 @@ def finite(value: float) -> float | None:
 
 
 def build(cls: type[T], table: Any, where: str) -> T:
-    """Make a dataclass from a table of its fields.
+    """A dataclass made from a table of its fields.
 
     Raises CalibratorError, with the key and what to write instead, for unknown or missing keys,
     values of another type, and whatever the dataclass itself refuses.
+
+    >>> @dataclasses.dataclass
+    ... class Vessel:
+    ...     width: float
+    ...     walls: tuple[str, ...] = ()
+    >>> build(Vessel, {"width": 1, "walls": ["left"]}, "vessel")
+    Vessel(width=1.0, walls=('left',))
     """
     if not isinstance(table, dict):
         raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
-    kinds: dict[str, Any] = _kinds(cls)  # type: ignore[arg-type]
+    kinds: Table = _kinds(cls)  # type: ignore[arg-type]
     values = {
         key: typed(f"{where}.{key}", kinds[known(key, kinds, f"key in [{where}]")], value)
         for key, value in table.items()
@@ -84,7 +96,7 @@ def build(cls: type[T], table: Any, where: str) -> T:
 
 
 @functools.cache
-def _kinds(cls: type) -> dict[str, Any]:
+def _kinds(cls: type) -> Table:
     """Type of each field."""
     hints = typing.get_type_hints(cls)
     return {f.name: hints[f.name] for f in dataclasses.fields(cls)}
@@ -114,6 +126,7 @@ def typed(where: str, kind: Any, value: Any) -> Any:
 
 
 def _whole(value: Any) -> bool:
+    """Whether a value is an integer; True and False are none."""
     return isinstance(value, int) and not isinstance(value, bool)
 
 
@@ -140,6 +153,7 @@ def _one_of(where: str, kinds: tuple[Any, ...], value: Any) -> Any:
 
 
 def _tuple(where: str, kind: Any, inner: tuple[Any, ...], value: list[Any]) -> tuple[Any, ...]:
+    """The list as a tuple of these types, the last of which may be an ellipsis."""
     if len(inner) == 2 and inner[1] is Ellipsis:
         inner = (inner[0],) * len(value)
     if len(inner) != len(value):
@@ -155,6 +169,7 @@ def _tuple(where: str, kind: Any, inner: tuple[Any, ...], value: list[Any]) -> t
 
 
 def _array(where: str, value: list[Any]) -> np.ndarray:
+    """The nested lists as an array; null becomes NaN."""
     try:
         return np.array(value, float)  # null becomes NaN
     except (TypeError, ValueError):
@@ -162,10 +177,11 @@ def _array(where: str, value: list[Any]) -> np.ndarray:
 
 
 def _name(kind: Any) -> str:
+    """A type as a message names it."""
     return kind.__name__ if isinstance(kind, type) and not typing.get_args(kind) else str(kind)
 
 
-def schema_of(kind: Any) -> dict[str, Any]:
+def schema_of(kind: Any) -> Table:
     """JSON schema (draft 2020-12) of what `plain` writes for a value of this type."""
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
     if dataclasses.is_dataclass(kind):
@@ -191,7 +207,7 @@ def schema_of(kind: Any) -> dict[str, Any]:
     return dict(_SCHEMAS[kind])
 
 
-_SCHEMAS: dict[Any, dict[str, Any]] = {
+_SCHEMAS: dict[Any, Table] = {
     float: {"type": "number"},
     int: {"type": "integer"},
     bool: {"type": "boolean"},

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Any
+from collections.abc import Mapping
 
 from calibrator.case.codec import plain
 
@@ -16,13 +16,13 @@ Fingerprint = dict[str, str]
 """Hash of each part by its name in words."""
 
 
-def digest(value: Any) -> str:
+def digest(value: object) -> str:
     """Short hash of a value that the codec can write."""
     text = json.dumps(plain(value), sort_keys=True, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def fingerprint(parts: dict[str, Any]) -> Fingerprint:
+def fingerprint(parts: Mapping[str, object]) -> Fingerprint:
     """The hashes of these parts."""
     return {name: digest(part) for name, part in parts.items()}
 

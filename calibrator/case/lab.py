@@ -1,5 +1,6 @@
-"""The lab file: measured responses as CSV, one row per observable; and the errors of the metrology
-that several share.
+"""The lab file: measured responses as CSV, one row per observable.
+
+Beside it a case may name a table of the errors of the metrology that several observables share.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ class Observable:
 
     value and scatter (standard deviation of one replicate, 0: unknown) in the response's unit;
     replicates is how many measurements the value averages; role: used to calibrate, only to
-    diagnose a gap, or held out.
+    diagnose a gap, or held out. Raises CalibratorError for an unknown name, a value that is not
+    finite, and a condition on what is to be calibrated.
     """
 
     setup: str
@@ -81,13 +83,11 @@ class Observable:
 
 @dataclass(frozen=True)
 class Nuisance:
-    """An error of the metrology that several observables share, such as that of a balance or of
-    reading angles.
+    """An error of the metrology that several observables share, such as that of a balance.
 
     observables : keys, with * and ? as wildcards; or effect:<column>, where the error is one of a
-    known effect, such as the
-    tolerance of the neck. error : standard deviation, in the observables' or the effect's unit, or
-    in per cent of the value.
+    known effect, such as the tolerance of the neck. error : standard deviation, in the observables'
+    or the effect's unit, or in per cent of the value; unit : that unit, or "%".
     """
 
     name: str
@@ -162,6 +162,7 @@ def _rows(
 
 
 def _cells(where: str, line: str, header: tuple[str, ...]) -> dict[str, str]:
+    """The cells of one line by column."""
     try:
         # line by line: an open quotation mark must not swallow the next row
         (cells,) = csv.reader([line], strict=True)
@@ -177,6 +178,7 @@ def _cells(where: str, line: str, header: tuple[str, ...]) -> dict[str, str]:
 
 
 def _observable(where: str, row: dict[str, str]) -> Observable:
+    """The observable of one row; where : the place that a message names."""
     quantity = RESPONSES[known(row["response"], RESPONSES, f"response ({where})")]
     if row["unit"] != quantity.unit:
         raise CalibratorError(
@@ -204,6 +206,7 @@ def _observable(where: str, row: dict[str, str]) -> Observable:
 
 
 def _nuisance(where: str, row: dict[str, str], observables: list[Observable]) -> Nuisance:
+    """The nuisance of one row; where : the place that a message names."""
     try:
         found = Nuisance(row["nuisance"], row["observables"], float(row["error"]), row["unit"])
     except ValueError as error:

@@ -15,7 +15,7 @@ GRAVITY = 9.81
 
 LARGEST_SHARE = 0.4
 """Of the Rayleigh time. The paper asks for 20 %; up to 40 % the restitution of impacts above 0.6 is
-unbiased and the bulk responses do not move (benchmarks/same_responses.py).
+unbiased and the bulk responses do not move (benchmarks/runs/same_responses.py).
 """
 
 LARGEST_STEP_SHARE = 0.28

@@ -18,10 +18,7 @@ from calibrator.errors import CalibratorError, shown
 
 Value = float | int | str
 LARGEST, SMALLEST = 1e30, 1e-30
-"""Magnitudes of a measured value: no bulk response lies outside, and squares stay far from the ends
-of a float.
-"""
-
+"""Magnitudes of a measured value: no bulk response lies outside, and its square is a float."""
 
 WIDEST_LOG_SCALE = 1e12
 USUAL_TOLERANCE = 0.03  # relative error at which a target counts as met unless the case says so
@@ -43,7 +40,7 @@ def known(name: str, names: Iterable[str], what: str) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is an integer or a finite float;
+    """Whether a value is an integer or a finite float.
 
     True and False are not, though Python counts them as integers.
     """
@@ -76,12 +73,12 @@ def checked_value(name: str, value: Any) -> Value:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A calibrated parameter: bounds, samples per axis of a full grid, bits of the genetic
-    encoding.
+    """A calibrated parameter: bounds, samples per axis of a full grid, bits of its genetic code.
 
     scale says how a design spaces its values and in which coordinate responses are interpolated:
     "linear", or "log" where the bounds span a decade, as those of Young's modulus often do. The
-    genetic encoding is always linear, like O2.
+    genetic encoding is always linear, like O2. Raises CalibratorError for bounds outside the
+    contract's, a name that is no number, and a scale that the bounds do not allow.
     """
 
     name: str
@@ -119,8 +116,11 @@ class Parameter:
             )
 
     def values_at(self, shares: np.ndarray) -> np.ndarray:
-        """Values at shares 0 to 1 of the way from low to high on the parameter's scale, the shape
-        of shares.
+        """Values at shares 0 to 1 of the way from low to high on its scale, the shape of shares.
+
+        >>> modulus = Parameter("young_modulus", 1e6, 1e8, scale="log")
+        >>> modulus.values_at(np.array([0.0, 0.5, 1.0])).tolist()
+        [1000000.0, 10000000.0, 100000000.0]
         """
         if self.scale == "log":
             return np.clip(self.low * (self.high / self.low) ** shares, self.low, self.high)
@@ -204,8 +204,10 @@ class Target:
 
 @dataclass(frozen=True)
 class Problem:
-    """Calibrated parameters, values fixed for all set-ups and per set-up, and the targets used and
-    held out.
+    """What is calibrated against what: parameters, targets used and held out, fixed values.
+
+    fixed : values of all set-ups by name; setups : values of single set-ups, which win over those.
+    Raises CalibratorError where a name is given twice or nothing is to be calibrated.
     """
 
     parameters: tuple[Parameter, ...]
@@ -258,11 +260,12 @@ class Problem:
         return [s for s in SETUPS if any(t.setup == s for t in self.targets)]
 
     def columns(self, points: np.ndarray) -> dict[str, np.ndarray | float]:
-        """Every numeric parameter at points (n, d): calibrated ones as (n,) columns, fixed ones and
-        defaults as scalars.
+        """Every numeric parameter at points (n, d).
+
+        Calibrated ones are columns (n,), fixed ones and defaults scalars.
         """
-        columns: dict[str, Any] = {
-            n: q.default for n, q in PARAMETERS.items() if not isinstance(q.default, str)
+        columns: dict[str, np.ndarray | float] = {
+            n: q.default for n, q in PARAMETERS.items() if isinstance(q.default, (int, float))
         }
         columns.update({n: v for n, v in self.fixed.items() if not isinstance(v, str)})
         columns.update({name: np.asarray(points, float)[:, i] for i, name in enumerate(self.names)})

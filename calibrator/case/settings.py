@@ -1,5 +1,6 @@
-"""The tables of a case file as values: plan, interpolation, search, replicates, running, cluster,
-diagnosis.
+"""The tables of a case file as values, each of which refuses what cannot be meant.
+
+Plan, interpolation, search, replicates, running, cluster, conditions and diagnosis.
 """
 
 from __future__ import annotations
@@ -100,12 +101,12 @@ class Search:
 
 @dataclass(frozen=True)
 class Replicates:
-    """Fresh seeds for verification or validation: how many for the compromise and for each spread
-    individual, and the first.
+    """Fresh seeds for verification or validation.
 
-    shipped names a database of such runs, for a published verification that others follow without
-    simulating; runs that it lacks are made, and `--fresh` ignores it. The calibration itself never
-    sees these runs.
+    replicates : for the compromise; spread_replicates : for each spread individual; seed : the
+    first one. shipped names a database of such runs, for a published verification that others
+    follow without simulating; runs that it lacks are made, and `--fresh` ignores it. The
+    calibration itself never sees these runs.
     """
 
     replicates: int = 5
@@ -132,8 +133,10 @@ class Validation(Replicates):
 
 @dataclass(frozen=True)
 class Running:
-    """How runs are carried out. jobs = 0 takes every core it is allowed; budget_core_hours stops a
-    plan that is too large.
+    """How runs are carried out.
+
+    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails;
+    budget_core_hours stops a plan that is too large; shipped : a database to start from.
     """
 
     jobs: int = 0
@@ -149,7 +152,7 @@ class Running:
 
 @dataclass(frozen=True)
 class Cluster:
-    """What SLURM is asked for; what is left empty is up to the site. See docs/cluster.md.
+    """What SLURM is asked for (see docs/cluster.md); what is left empty is up to the site.
 
     time and memory are those of one array task. modules are names for `module load`; shell are
     lines that are run as they stand before the work, which only a site file may give. slice_minutes
@@ -201,14 +204,16 @@ class Cluster:
 
 
 def _matches(where: str, value: str, pattern: str, example: str) -> None:
+    """Raise CalibratorError, with an example, unless a value is empty or of the pattern."""
     if value and not re.fullmatch(pattern, value, re.ASCII):
         raise CalibratorError(f"{where} = {shown(value)}: give {example}")
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A variant of a set-up that was measured as well, such as a wider neck: values that differ
-    from the set-up's own.
+    """A variant of a set-up that was measured as well, such as a wider neck.
+
+    values : the parameters that differ from the set-up's own.
     """
 
     setup: str
@@ -220,12 +225,13 @@ class Diagnosis:
     """Runs that the search for a missing effect is made from, in each experiment.
 
     sets with replicates of the model as it is, the same sets once more with other seeds as baseline
-    of the fingerprints, and
-    effect_sets of each effect at different amplitudes. effects : columns of the library, all unless
-    given. scales : plausible sizes by column, in its unit, where they are not the library's: drag
-    matters to fine sand, not to coarse; a negative one looks below the column's default only.
-    nuisances : table of the metrology's errors. verify_replicates : fresh seeds of the
-    model before and after. budget_core_hours : more than that is not spent without --yes.
+    of the fingerprints, and effect_sets of each effect at different amplitudes.
+
+    effects : columns of the library, all unless given. scales : plausible sizes by column, in its
+    unit, where they are not the library's: drag matters to fine sand, not to coarse; a negative one
+    looks below the column's default only. nuisances : table of the metrology's errors.
+    verify_replicates : fresh seeds of the model before and after. budget_core_hours : more than
+    that is not spent without --yes.
     """
 
     effects: tuple[str, ...] = tuple(EFFECTS)
@@ -277,6 +283,11 @@ class Diagnosis:
 
 
 def require_within(section: str, settings: Any, **bounds: tuple[float, float]) -> None:
+    """Raise CalibratorError unless these numbers lie within their bounds.
+
+    section : of the case file, for the message; bounds : the smallest and the largest value of each
+    attribute of the settings.
+    """
     for name, (low, high) in bounds.items():
         value = getattr(settings, name)
         if not is_number(value) or value < low:

@@ -6,10 +6,10 @@ import dataclasses
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from calibrator.case.case import Case
-from calibrator.case.codec import build, typed
+from calibrator.case.codec import Table, build, typed
 from calibrator.case.lab import Nuisance, Observable, read_lab, read_nuisances
 from calibrator.case.problem import Parameter, Problem, Target, Value, checked_value, known
 from calibrator.case.settings import (
@@ -27,6 +27,7 @@ from calibrator.case.vocabulary import PARAMETERS, SETUPS, parameters_of
 from calibrator.errors import CalibratorError
 from calibrator.files import named_file, read_text
 
+T = TypeVar("T")
 CASE_MEGABYTES = 0.25
 
 SECTIONS = {
@@ -39,47 +40,32 @@ SECTIONS = {
     "cluster": Cluster,
     "diagnosis": Diagnosis,
 }
+"""The tables that a dataclass of settings reads."""
+
+KEYS = (
+    "name",
+    "about",
+    "measured",
+    "parameters",
+    "fixed",
+    "setups",
+    "targets",
+    "truth_file",
+    "conditions",
+    *SECTIONS,
+)
+PLAIN_WORD = "[A-Za-z0-9_]{1,64}"
 
 
 def read_case(path: str | Path, site: Path | None = None, lab: Path | None = None) -> Case:
-    """Read and check a case file, and the [cluster] table of a site file. lab : lab file to read
-    instead of the case's own.
+    """Read and check a case file, and the [cluster] table of a site file.
 
-    Raises CalibratorError with the offending key and what to write instead.
+    lab : lab file to read instead of the case's own. Raises CalibratorError with the offending key
+    and what to write instead.
     """
     path = Path(path)
-    tables = _load(path)
-    if "shell" in _table(tables.get("cluster", {}), "cluster"):  # a case may come from anybody
-        raise CalibratorError(
-            "cluster.shell in a case file: move it to a site file of your own, given with --site"
-        )
-    if site is not None:
-        tables["cluster"] = _with_site(tables.get("cluster", {}), site)
-    for key in tables:
-        known(
-            key,
-            (
-                "name",
-                "about",
-                "measured",
-                "parameters",
-                "fixed",
-                "setups",
-                "targets",
-                "truth_file",
-                "conditions",
-                *SECTIONS,
-            ),
-            "key in the case file",
-        )
-    if not isinstance(tables.get("name"), str) or not re.fullmatch(
-        "[A-Za-z0-9_]{1,64}", tables["name"]
-    ):
-        raise CalibratorError(
-            'name is missing or not a plain word: add name = "my_sand" (at most 64 of A-Z, a-z, 0-9'
-            " and _)"
-        )
-    settings: dict[str, Any] = {
+    tables = _tables(path, site)
+    settings: Table = {
         key: build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables
     }
     truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
@@ -87,14 +73,7 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
     measured = lab or _measured(tables, path)
     observables, conditions = read_lab(measured), _conditions(tables)
     for one in observables:
-        if (
-            one.condition
-            and conditions[known(one.condition, conditions, "condition")].setup != one.setup
-        ):
-            raise CalibratorError(
-                f"{one.key}: the condition belongs to {conditions[one.condition].setup}; correct"
-                " the lab file"
-            )
+        _require_own_condition(one, conditions)
     nuisances = _nuisances(settings.get("diagnosis", Diagnosis()), path, observables)
     return Case(
         tables["name"],
@@ -110,9 +89,39 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
     )
 
 
-def _with_site(own: dict[str, Any], path: Path) -> dict[str, Any]:
-    """The case's [cluster] and the site's together; a key with two values is refused, so that
-    neither wins unnoticed.
+def _tables(path: Path, site: Path | None) -> Table:
+    """The tables of a case file, all of which are known, with the site's [cluster] and a name."""
+    tables = _load(path)
+    if "shell" in _table(tables.get("cluster", {}), "cluster"):  # a case may come from anybody
+        raise CalibratorError(
+            "cluster.shell in a case file: move it to a site file of your own, given with --site"
+        )
+    if site is not None:
+        tables["cluster"] = _with_site(tables.get("cluster", {}), site)
+    for key in tables:
+        known(key, KEYS, "key in the case file")
+    name = tables.get("name")
+    if not isinstance(name, str) or not re.fullmatch(PLAIN_WORD, name):
+        raise CalibratorError(
+            'name is missing or not a plain word: add name = "my_sand" (at most 64 of A-Z, a-z, 0-9'
+            " and _)"
+        )
+    return tables
+
+
+def _require_own_condition(one: Observable, conditions: dict[str, Condition]) -> None:
+    """Raise CalibratorError where an observable's condition is none, or one of another set-up."""
+    if not one.condition:
+        return
+    setup = conditions[known(one.condition, conditions, "condition")].setup
+    if setup != one.setup:
+        raise CalibratorError(f"{one.key}: the condition belongs to {setup}; correct the lab file")
+
+
+def _with_site(own: Table, path: Path) -> Table:
+    """The case's [cluster] and the site's together.
+
+    A key with two values is refused, so that neither wins unnoticed.
     """
     tables = _load(path)
     for key in tables:
@@ -126,7 +135,8 @@ def _with_site(own: dict[str, Any], path: Path) -> dict[str, Any]:
     return {**site, **own}
 
 
-def _load(path: Path) -> dict[str, Any]:
+def _load(path: Path) -> Table:
+    """The tables of a TOML file; CalibratorError, with the remedy, where it is none."""
     try:
         return _plain(tomllib.loads(read_text(path, CASE_MEGABYTES)))
     except FileNotFoundError:
@@ -140,10 +150,10 @@ def _load(path: Path) -> dict[str, Any]:
         raise CalibratorError(f"{path} is not valid TOML ({error}): correct that line") from None
 
 
-def _plain(value: Any, depth: int = 0) -> Any:
-    """The value itself;
+def _plain(value: T, depth: int = 0) -> T:
+    """The value itself, if it is not nested deeper than any case and TOML allows its integers.
 
-    ValueError where it is nested deeper than any case, or an integer is none by TOML's own limit.
+    Raises ValueError otherwise.
     """
     if depth > 10:
         raise ValueError("tables or lists nested more than ten deep")
@@ -156,7 +166,8 @@ def _plain(value: Any, depth: int = 0) -> Any:
     return value
 
 
-def _measured(tables: dict[str, Any], path: Path) -> Path:
+def _measured(tables: Table, path: Path) -> Path:
+    """The path of the lab file that the case names."""
     if not isinstance(tables.get("measured"), str):
         raise CalibratorError(
             'measured is missing: add measured = "lab.csv", the file with the measured responses'
@@ -164,11 +175,12 @@ def _measured(tables: dict[str, Any], path: Path) -> Path:
     return named_file(path, tables["measured"], "measured")
 
 
-def _conditions(tables: dict[str, Any]) -> dict[str, Condition]:
+def _conditions(tables: Table) -> dict[str, Condition]:
+    """The case's conditions by name."""
     conditions = {}
     for name, spec in _table(tables.get("conditions", {}), "conditions").items():
         where = f"conditions.{name}"
-        if not re.fullmatch("[A-Za-z0-9_]{1,64}", name):
+        if not re.fullmatch(PLAIN_WORD, name):
             raise CalibratorError(f"{where}: the name is not a plain word; use A-Z, a-z, 0-9 and _")
         values = dict(_table(spec, where))
         setup = known(values.pop("setup", ""), SETUPS, f"set-up of {where}")
@@ -186,6 +198,7 @@ def _conditions(tables: dict[str, Any]) -> dict[str, Condition]:
 def _nuisances(
     diagnosis: Diagnosis, path: Path, observables: list[Observable]
 ) -> tuple[Nuisance, ...]:
+    """The table of nuisances that a diagnosis names; empty where it names none."""
     if not diagnosis.nuisances:
         return ()
     return tuple(
@@ -193,7 +206,8 @@ def _nuisances(
     )
 
 
-def _problem(tables: dict[str, Any], observables: list[Observable]) -> Problem:
+def _problem(tables: Table, observables: list[Observable]) -> Problem:
+    """Parameters, targets and fixed values."""
     parameters = tuple(
         _parameter(name, spec)
         for name, spec in _table(tables.get("parameters", {}), "parameters").items()
@@ -214,13 +228,15 @@ def _problem(tables: dict[str, Any], observables: list[Observable]) -> Problem:
 
 
 def _parameter(name: str, spec: Any) -> Parameter:
+    """One table of [parameters]."""
     where = f"parameters.{known(name, PARAMETERS, 'parameter')}"
     if "name" in _table(spec, where):
         raise CalibratorError(f"{where} has a key name: remove it, the table's heading is the name")
     return build(Parameter, {"name": name, **spec}, where)
 
 
-def _setups(tables: dict[str, Any]) -> dict[str, dict[str, Value]]:
+def _setups(tables: Table) -> dict[str, dict[str, Value]]:
+    """The values that single set-ups have of their own."""
     setups: dict[str, dict[str, Value]] = {}
     for setup, spec in _table(tables.get("setups", {}), "setups").items():
         own = parameters_of(known(setup, SETUPS, "set-up"))
@@ -231,15 +247,17 @@ def _setups(tables: dict[str, Any]) -> dict[str, dict[str, Value]]:
     return setups
 
 
-def _table(value: Any, where: str) -> dict[str, Any]:
+def _table(value: Any, where: str) -> Table:
+    """The value if it is a table, else CalibratorError."""
     if not isinstance(value, dict):
         raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
     return value
 
 
-def _targets(tables: dict[str, Any], observables: list[Observable]) -> list[tuple[str, Target]]:
-    """(role, target) of every row to calibrate or to validate with; [targets."setup.response"] may
-    set weight and tolerance.
+def _targets(tables: Table, observables: list[Observable]) -> list[tuple[str, Target]]:
+    """(role, target) of every row to calibrate or to validate with.
+
+    [targets."setup.response"] may set weight and tolerance.
     """
     options = _table(tables.get("targets", {}), "targets")
     rows = [
@@ -264,8 +282,9 @@ def _targets(tables: dict[str, Any], observables: list[Observable]) -> list[tupl
 
 
 def _truth(path: Path, name: Any) -> dict[str, float]:
-    """The parameters behind a synthetic lab, read only to print how far the calibration is from
-    them.
+    """The parameters behind a synthetic lab.
+
+    They are read only to print how far the calibration is from them.
     """
     tables = _load(named_file(path, typed("truth_file", str, name), "truth_file"))
     for key in tables:

@@ -1,8 +1,7 @@
-"""The vocabulary: every name that appears in tables, code, plots and errors, read from the scripts'
-contract.
+"""The vocabulary: every name that appears in tables, code, plots and errors.
 
-The contract is a data file beside the YADE scripts, because the calibrator and YADE run on
-different Pythons and never import each other.
+It is read from the scripts' contract, a data file beside the YADE scripts, because the calibrator
+and YADE run on different Pythons and never import each other.
 """
 
 from __future__ import annotations
@@ -71,6 +70,7 @@ class Quantity:
 
 
 def _read(section: str) -> dict[str, Quantity]:
+    """The quantities of one section of the contract by name."""
     quantities = {}
     for name, spec in _CONTRACT[section].items():
         spec = dict(spec, setups=tuple(spec.get("setups", SETUPS)))

@@ -24,11 +24,11 @@ from calibrator.responses.targets import bands, chances, log_within, met
 
 SAMPLE = 2**12  # points of the box that are looked at before the best is refined
 
-# of the range: a proposal this close to a run set repeats that set, which tells seed noise from the
-# surface
+# Of the range: a proposal this close to a run set repeats that set, which tells the seed noise from
+# the surface.
 NEAR = 0.02
 
-# standard errors: enough after tries around the least bad set, and enough at once
+# Standard errors: enough after tries around the least bad set, and enough at once.
 SHORT, FAR_SHORT = 2.0, 6.0
 AROUND = 0.1  # of the range: runs this close to the least bad set count as tries to do better there
 
@@ -79,71 +79,86 @@ def propose(
     similarity: bool = False,
     failed: np.ndarray | None = None,
 ) -> Proposal:
-    """The next runs, given all runs so far; a function of these alone, so that an interrupted
-    design goes on from them.
+    """The next runs, given all runs so far.
+
+    It depends on these alone, so that an interrupted design goes on from them.
 
     Parameters
     ----------
     points : (n, d) parameter sets of the finished runs in the order they were made, replicates
-        repeated; values : (n, t) the targets' responses, NaN where a run has none; similarity : see
-        `coordinates`.
-    failed : (f, d) sets whose runs failed; no set near one is proposed.
+        repeated
+    values : (n, t) the targets' responses, NaN where a run has none
+    similarity : see `coordinates`
+    failed : (f, d) sets whose runs failed; no set near one is proposed
 
-    Raises CalibratorError where the runs are too few or too poor to be interpolated.
+    Raises
+    ------
+    CalibratorError : the runs are too few or too poor to be interpolated
     """
     interpolant = fit_responses(
         problem, points, values, [t.key for t in problem.targets], similarity=similarity
     )
-    none = np.empty((0, len(problem.names)))
-    for best in np.unique(points, axis=0):
-        latest = values[(points == best).all(axis=1)][-settings.replicates :]
-        passed = len(latest) == settings.replicates and is_met(
-            problem.targets, latest, interpolant.noise
-        )
-        if (
-            passed
-            and assurance(problem, interpolant, best, settings.replicates) >= settings.assurance
-        ):
-            return Proposal(
-                "confirmed",
-                none,
-                best,
-                1.0,
-                f"{len(latest)} runs at the recommended set meet every target",
-            )
+    confirmed = _confirmed(problem, interpolant, points, values, settings)
+    if confirmed is not None:
+        return confirmed
     best, chance = most_likely(problem, interpolant, settings.replicates, failed)
     best = _existing(problem, points, best)
     if len(points) >= settings.budget:
-        return Proposal(
-            "budget", none, best, chance, f"all {settings.budget} runs of the budget are used"
-        )
+        words = f"all {settings.budget} runs of the budget are used"
+        return Proposal("budget", _no_points(problem), best, chance, words)
+    stuck = _unreachable(problem, interpolant, points, best, chance, settings)
+    return stuck or _next_runs(best, chance, settings)
+
+
+def _confirmed(
+    problem: Problem,
+    interpolant: Interpolant,
+    points: np.ndarray,
+    values: np.ndarray,
+    settings: Settings,
+) -> Proposal | None:
+    """The end of a design with a set whose latest runs meet every target, and not by luck."""
+    count = settings.replicates
+    for one in np.unique(points, axis=0):
+        latest = values[(points == one).all(axis=1)][-count:]
+        passed = len(latest) == count and is_met(problem.targets, latest, interpolant.noise)
+        if passed and assurance(problem, interpolant, one, count) >= settings.assurance:
+            words = f"{len(latest)} runs at the recommended set meet every target"
+            return Proposal("confirmed", _no_points(problem), one, 1.0, words)
+    return None
+
+
+def _unreachable(
+    problem: Problem,
+    interpolant: Interpolant,
+    points: np.ndarray,
+    best: np.ndarray,
+    chance: float,
+    settings: Settings,
+) -> Proposal | None:
+    """The end of a design whose targets stay out of reach after enough tries around best (d,)."""
     around = int((_distance(problem, points, best) <= AROUND).sum())
     short = shortfall(problem, interpolant)
-    if short > FAR_SHORT or (short > SHORT and around >= settings.patience):
-        best, words = least_bad(problem, interpolant, settings.replicates)
-        return Proposal(
-            "unreachable",
-            none,
-            best,
-            chance,
-            f"the targets cannot be met together, by {short:.1f} standard errors: {words}",
-        )
+    if not (short > FAR_SHORT or (short > SHORT and around >= settings.patience)):
+        return None
+    least, off = least_bad(problem, interpolant, settings.replicates)
+    words = f"the targets cannot be met together, by {short:.1f} standard errors: {off}"
+    return Proposal("unreachable", _no_points(problem), least, chance, words)
+
+
+def _next_runs(best: np.ndarray, chance: float, settings: Settings) -> Proposal:
+    """Runs at the likeliest set (d,): as many as confirm it where it is likely enough, or one."""
     if chance >= settings.confidence:
         repeated = np.repeat(best[None], settings.replicates, axis=0)
-        return Proposal(
-            "confirm",
-            repeated,
-            best,
-            chance,
-            f"{len(repeated)} runs at a set that passes with {chance:.0%}",
-        )
-    return Proposal(
-        "explore",
-        best[None],
-        best,
-        chance,
-        f"a run at the likeliest set, which passes with {chance:.0%}",
-    )
+        words = f"{len(repeated)} runs at a set that passes with {chance:.0%}"
+        return Proposal("confirm", repeated, best, chance, words)
+    words = f"a run at the likeliest set, which passes with {chance:.0%}"
+    return Proposal("explore", best[None], best, chance, words)
+
+
+def _no_points(problem: Problem) -> np.ndarray:
+    """Points (0, d)."""
+    return np.empty((0, len(problem.names)))
 
 
 def _existing(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -155,14 +170,13 @@ def _existing(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.nd
 
 def _distance(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Largest difference (n,) in any parameter, in units of its range."""
-    return np.abs((points - wanted) / (problem.high - problem.low)).max(axis=1)
+    return np.asarray(np.abs((points - wanted) / (problem.high - problem.low)).max(axis=1))
 
 
 def assurance(
     problem: Problem, interpolant: Interpolant, point: np.ndarray, replicates: int
 ) -> float:
-    """Probability that the noise-free responses at a set (d,) lie within the bands of the mean of
-    so many runs.
+    """Probability that the noise-free responses at a set (d,) lie within the bands of so many runs.
 
     Few runs pass by luck as well, all the more so where several sets had the chance; their
     neighbours on the processes did not.
@@ -218,24 +232,22 @@ def _near_any(problem: Problem, candidates: np.ndarray, failed: np.ndarray | Non
 def least_bad(
     problem: Problem, interpolant: Interpolant, replicates: int
 ) -> tuple[np.ndarray, str]:
-    """The set (d,) whose worst target, in units of its band, is missed by least; and by how much it
-    is missed.
+    """The set (d,) whose worst target is missed by least, and by how much it is missed, in words.
+
+    A target's unit is its band.
     """
     rng, values = np.random.default_rng(3), np.array([t.value for t in problem.targets])
     band = bands(problem.targets, interpolant.noise, replicates)
 
     def loss(candidates: np.ndarray) -> np.ndarray:
-        return (np.abs(interpolant.predict(candidates) - values) / band).max(axis=1)
+        return np.asarray((np.abs(interpolant.predict(candidates) - values) / band).max(axis=1))
 
     sample = box_sample(problem.low, problem.high, SAMPLE, rng)
     best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
     off = interpolant.predict(best[None])[0] - values
     worst = int(np.argmax(np.abs(off) / band))
     target = problem.targets[worst]
-    return (
-        best,
-        (f"{target.key} stays {off[worst] / target.scale:+.1%} off at the least bad set"),
-    )
+    return best, f"{target.key} stays {off[worst] / target.scale:+.1%} off at the least bad set"
 
 
 def shortfall(problem: Problem, interpolant: Interpolant) -> float:

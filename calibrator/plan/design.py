@@ -9,27 +9,25 @@ from calibrator.case.problem import Problem
 
 
 def full_grid(problem: Problem) -> np.ndarray:
-    """Every combination of `samples` values per parameter, equally spaced on its scale, the paper's
-    design. Returns (n, d).
+    """Every combination of `samples` values per parameter, (n, d): the paper's design.
+
+    Values are equally spaced on the parameter's scale.
     """
     axes = [p.values_at(np.linspace(0, 1, p.samples)) for p in problem.parameters]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
 def sobol(problem: Problem, sets: int) -> np.ndarray:
-    """The first points of the unscrambled Sobol sequence in the box, its degenerate corner left
-    out. Returns (n, d).
+    """The first points (n, d) of the unscrambled Sobol sequence in the box.
 
-    A longer plan starts with the points of a shorter one, so that a database can grow without
-    losing a run.
+    Its degenerate corner is left out. A longer plan starts with the points of a shorter one, so
+    that a database can grow without losing a run.
     """
     with np.errstate(all="ignore"):
-        unit = qmc.Sobol(len(problem.parameters), scramble=False).random(_power_of_two(sets + 1))[
-            1 : sets + 1
-        ]
-    return np.column_stack(
-        [p.values_at(share) for p, share in zip(problem.parameters, unit.T, strict=True)]
-    )
+        sequence = qmc.Sobol(len(problem.parameters), scramble=False)
+        unit = sequence.random(_power_of_two(sets + 1))[1 : sets + 1]
+    shares = zip(problem.parameters, unit.T, strict=True)
+    return np.column_stack([p.values_at(share) for p, share in shares])
 
 
 def cells(dimensions: int, count: int) -> np.ndarray:
@@ -42,4 +40,5 @@ def cells(dimensions: int, count: int) -> np.ndarray:
 
 
 def _power_of_two(count: int) -> int:
+    """The smallest power of two that is not below count."""
     return 1 << (count - 1).bit_length()

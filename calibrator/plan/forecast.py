@@ -35,6 +35,7 @@ def forecast(space: Workspace) -> Forecast:
 
 
 def _of_setup(requests: Sequence[Request], done: Sequence[Record]) -> SetupForecast:
+    """What the runs of one set-up will take; done : finished runs, whose times are known."""
     seconds = core_seconds(requests, done)
     return SetupForecast(
         runs=len(requests),

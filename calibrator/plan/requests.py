@@ -19,11 +19,9 @@ from calibrator.runs.request import Request
 
 def design_points(case: Case) -> np.ndarray:
     """Parameter sets (n, d) of the database; those it starts with where the design is adaptive."""
-    return (
-        full_grid(case.problem)
-        if case.plan.design == "grid"
-        else sobol(case.problem, case.plan.sets)
-    )
+    if case.plan.design == "grid":
+        return full_grid(case.problem)
+    return sobol(case.problem, case.plan.sets)
 
 
 def plan_requests(case: Case) -> list[Request]:
@@ -41,9 +39,8 @@ def plan_requests(case: Case) -> list[Request]:
             make_request(case, setup, p, plan_seed(case, i))
             for i, p in enumerate(design_points(case))
         ]
-        cheapest = set(
-            np.argsort(core_seconds(first), kind="stable")[: replicated or None].tolist()
-        )
+        order = np.argsort(core_seconds(first), kind="stable")
+        cheapest = set(order[: replicated or None].tolist())
         for i, request in enumerate(first):
             count = plan.replicates if i in cheapest else 1
             more = (request.with_seed(plan_seed(case, i, j)) for j in range(1, count))

@@ -36,7 +36,8 @@ from calibrator.runs.workspace import (
 def run_plan(space: Workspace, report: Report = silent) -> Collection:
     """Carry out the plan, with one substitute for each clogged run.
 
-    Resumes; never repeats a finished run.
+    Resumes; never repeats a finished run. Raises CalibratorError where that would take more than
+    run.budget_core_hours.
     """
     if space.case.plan.design == "adaptive":
         return _run_adaptively(space, report)
@@ -103,33 +104,32 @@ def _shipped_runs(space: Workspace) -> int:
 
 
 def _adaptive_settings(case: Case) -> AdaptiveSettings:
+    """What the case says of an adaptive design."""
     return AdaptiveSettings(replicates=case.plan.replicates, budget=case.plan.most_runs)
 
 
 def _parameter_sets(case: Case, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, d) and responses of the targets (n, t), a row per set and seed with all its
-    set-ups, in order of the seeds.
+    """Points (n, d) and the targets' responses (n, t) of the runs, in order of the seeds.
+
+    A row holds a set and a seed, with all its set-ups.
     """
     rows: dict[tuple[int, tuple[float, ...]], np.ndarray] = {}
+    keys = [t.key for t in case.problem.targets]
     for record in records:
-        point, values = response_table(
-            case.problem, [record], [t.key for t in case.problem.targets]
-        )
+        point, values = response_table(case.problem, [record], keys)
         if len(point):
-            row = rows.setdefault(
-                (int(record.request.parameters["seed"]), tuple(point[0])),
-                np.full(values.shape[1], np.nan),
-            )
+            place = int(record.request.parameters["seed"]), tuple(point[0])
+            row = rows.setdefault(place, np.full(len(keys), np.nan))
             row[~np.isnan(values[0])] = values[0][~np.isnan(values[0])]
     ordered = sorted(rows)
-    return np.array([point for _, point in ordered]).reshape(-1, len(case.problem.names)), np.array(
-        [rows[k] for k in ordered]
-    )
+    points = np.array([point for _, point in ordered]).reshape(-1, len(case.problem.names))
+    return points, np.array([rows[k] for k in ordered])
 
 
 def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
-    """Sets (f, d) with a run that has nothing to say; clogged ones count, as a neck that clogs once
-    will do so again.
+    """Sets (f, d) with a run that has nothing to say.
+
+    Clogged ones count, as a neck that clogs once will do so again.
     """
     sets = [[r.request.value(n) for n in case.problem.names] for r in records if r.status != "ok"]
     return np.array(sets, float).reshape(-1, len(case.problem.names))
@@ -141,6 +141,7 @@ def proposed(space: Workspace) -> list[Request]:
 
 
 def _proposal_lines(space: Workspace) -> list[str]:
+    """The lines of the log of proposals; none where there is no log."""
     try:
         return read_text(space.path / "proposals.jsonl", links=False).split("\n")[:-1]
     except FileNotFoundError:
@@ -165,8 +166,9 @@ def _requests_in(space: Workspace, line: str) -> list[Request]:
 
 
 def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Request]) -> None:
-    """Log a proposal before its runs start: a resumed design goes on from it, and the log says why
-    each run was made.
+    """Log a proposal before its runs start.
+
+    A resumed design goes on from it, and the log says why each run was made.
     """
     made = [{"setup": r.setup, "parameters": r.parameters} for r in requests]
     line = {
@@ -180,6 +182,7 @@ def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Reque
 
 
 def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
+    """Raise CalibratorError where these runs would take more than run.budget_core_hours."""
     missing, hours = work_left(space, requests)
     if hours > space.case.run.budget_core_hours:
         raise CalibratorError(
@@ -190,8 +193,9 @@ def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
 
 
 def database_records(space: Workspace) -> list[Record]:
-    """The finished runs of the plan and their substitutes; with an adaptive design all that belong
-    to the case.
+    """The finished runs of the plan and their substitutes.
+
+    With an adaptive design these are all runs that belong to the case.
     """
     records = space.finished(plan_requests(space.case))
     if space.case.plan.design == "adaptive":
@@ -202,7 +206,10 @@ def database_records(space: Workspace) -> list[Record]:
 
 
 def collect(space: Workspace) -> Collection:
-    """Gather the finished runs of the plan into database.csv, and their timings into timings.csv."""
+    """Gather the finished runs of the plan into database.csv, and their times into timings.csv.
+
+    Raises CalibratorError where no run is finished.
+    """
     records = database_records(space)
     if not records:
         raise CalibratorError(
@@ -214,27 +221,17 @@ def collect(space: Workspace) -> Collection:
 
 
 def _write_timings(path: Path, records: Sequence[Record]) -> None:
-    """Timings live apart from the database: they differ from one execution to the next, the
-    database does not.
+    """Write the times of the runs made here.
+
+    They live apart from the database: they differ from one execution to the next, it does not.
     """
     columns = ("filling_cpu", "release_cpu")
     lines = [",".join(["run_id", "setup", *columns, "wall_time", "host"])]
-    for r in sorted(
-        (r for r in records if r.diagnostics.get("filling_cpu")), key=lambda r: r.run_id
-    ):
-        times = [f"{r.diagnostics.get(c, 0.0):.2f}" for c in columns] + [
-            f"{r.provenance.get('wall_time', 0.0):.2f}"
-        ]
-        lines.append(
-            ",".join(
-                [
-                    r.run_id,
-                    r.request.setup,
-                    *times,
-                    str(r.provenance.get("host", "")).replace(",", " "),
-                ]
-            )
-        )
+    timed = [r for r in records if r.diagnostics.get("filling_cpu")]
+    for r in sorted(timed, key=lambda r: r.run_id):
+        times = [*(r.diagnostics.get(c, 0.0) for c in columns), r.provenance.get("wall_time", 0.0)]
+        host = str(r.provenance.get("host", "")).replace(",", " ")
+        lines.append(",".join([r.run_id, r.request.setup, *(f"{t:.2f}" for t in times), host]))
     write_text(path, "\n".join(lines) + "\n")
 
 

@@ -20,9 +20,8 @@ from calibrator.report.words import (
     words,
 )
 from calibrator.responses.objectives import OBJECTIVES
-from calibrator.search.outcome import COMPROMISE, Candidate
-
-# What was asked, and the answer
+from calibrator.search.outcome import COMPROMISE
+from calibrator.search.parts import Candidate
 
 
 def answer(findings: Findings, album: Album) -> str:
@@ -30,10 +29,8 @@ def answer(findings: Findings, album: Album) -> str:
     case = findings.space.case
     return "\n".join(
         [
-            (
-                "<header><h1>Calibration of"
-                f" {text(words(case.name))}</h1>{paragraph(text(case.about), 'about')}</header>"
-            ),
+            f"<header><h1>Calibration of {text(words(case.name))}</h1>"
+            f"{paragraph(text(case.about), 'about')}</header>",
             section("What was asked", paragraph(question(findings)), _targets_table(findings)),
             section(
                 "The answer",
@@ -46,6 +43,7 @@ def answer(findings: Findings, album: Album) -> str:
 
 
 def question(findings: Findings) -> str:
+    """What the case asks, in one sentence."""
     problem = findings.space.case.problem
     held_out = listed([key_words(t.key) for t in problem.held_out])
     return text(
@@ -57,9 +55,8 @@ def question(findings: Findings) -> str:
 
 def _targets_table(findings: Findings) -> str:
     problem = findings.space.case.problem
-    rows = [_target_row(t, "calibrate") for t in problem.targets] + [
-        _target_row(t, "held out") for t in problem.held_out
-    ]
+    used = [_target_row(t, "calibrate") for t in problem.targets]
+    rows = used + [_target_row(t, "held out") for t in problem.held_out]
     head = ["response", "measured", "scatter of one", "repeats", "weight", "tolerance", "role"]
     return table("Measured responses", head, rows)
 
@@ -83,6 +80,7 @@ def _warnings(findings: Findings) -> list[str]:
 
 
 def _sentences(findings: Findings) -> str:
+    """The answer: values, verification, and what is doubtful."""
     return " ".join(
         said(findings)
         for said in (_said_values, _said_verified, _said_pinned, _said_outside, _said_truth)
@@ -138,31 +136,30 @@ def _said_pinned(findings: Findings) -> str:
 
 
 def _said_outside(findings: Findings) -> str:
-    """Which parameters of the compromise the measurements would refuse: it may trade agreement for
-    computing time.
+    """Which parameters of the compromise the measurements would refuse; empty for none.
+
+    A compromise may trade agreement for computing time.
     """
     outside = findings.calibration.outside
+    if not outside:
+        return ""
     names = text(listed([words(name) for name in outside]))
-    return (
-        f"To save computing time the compromise leaves the 95 % interval of {names}."
-        if outside
-        else ""
-    )
+    return f"To save computing time the compromise leaves the 95 % interval of {names}."
 
 
 def _said_truth(findings: Findings) -> str:
-    """How far the compromise is from the parameters behind a synthetic lab; empty for a real one."""
+    """How far the compromise is from the truth of a synthetic lab; empty for a real one."""
     chosen = findings.calibration.compromise.parameters
     off = [
         f"{words(p.name)} {percent(chosen[p.name] / p.truth - 1, digits=1)}"
         for p in findings.calibration.identifiability.parameters
         if p.truth
     ]
+    if not off:
+        return ""
     return (
         "The lab is synthetic; from the truth behind it the compromise is off by"
         f" {text(listed(off))}."
-        if off
-        else ""
     )
 
 
@@ -181,12 +178,10 @@ def _parameters_table(findings: Findings) -> str:
             mark(profile.pinned, "yes", "no"),
         ]
         rows.append(row + [number(profile.truth)] * truth_known)
-    head = ["parameter", "compromise", "95 % interval", "best fit", "searched", "pinned down"] + [
-        "truth"
-    ] * truth_known
-    return table("Calibrated parameters", head, rows, 1) + paragraph(
-        text(_reason(findings)), "small"
-    )
+    head = ["parameter", "compromise", "95 % interval", "best fit", "searched", "pinned down"]
+    head += ["truth"] * truth_known
+    reason = paragraph(text(_reason(findings)), "small")
+    return table("Calibrated parameters", head, rows, 1) + reason
 
 
 def _range(low: float, high: float) -> str:
@@ -205,7 +200,7 @@ def _reason(findings: Findings) -> str:
 
 
 def candidates_table(findings: Findings, album: Album) -> str:
-    """Like the paper's Table 6."""
+    """Compromise and individuals with what they promise, like the paper's Table 6."""
     found, problem = findings.candidates, findings.space.case.problem
     rows = [
         [

@@ -1,6 +1,4 @@
-"""The sections of a report on the calibration: the interpolant, the search, and what the targets
-say.
-"""
+"""The sections of a report on the interpolant, the search, and what the targets say."""
 
 from __future__ import annotations
 
@@ -8,6 +6,7 @@ import numpy as np
 
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.report.figures import calibration as figures
+from calibrator.report.figures import search as search_figures
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, note, paragraph, section
 from calibrator.report.words import amount, axis_label, key_words, response, text, words
@@ -18,7 +17,7 @@ from calibrator.responses.targets import bands
 
 SLICE_POSITIONS = 121
 
-# of the box's half diagonal: a run this far from a slice is drawn at 1/e of full strength
+# Of the box's half diagonal: a run this far from a slice is drawn at 1/e of full strength.
 REACH = 0.35
 
 
@@ -62,14 +61,12 @@ def _said_database(findings: Findings) -> str:
 
 
 def _means(findings: Findings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distinct points (p, d), mean responses and runs behind each (p, m), in the order of the
-    interpolant's own.
+    """Distinct points (p, d), mean responses and runs behind each, both (p, m).
+
+    They are in the order of the interpolant's own.
     """
-    return average_replicates(
-        *response_table(
-            findings.space.case.problem, findings.records, findings.interpolant.responses
-        )
-    )
+    problem, keys = findings.space.case.problem, findings.interpolant.responses
+    return average_replicates(*response_table(problem, findings.records, keys))
 
 
 def _slices(findings: Findings, album: Album, key: str) -> str:
@@ -100,9 +97,8 @@ def _slice(findings: Findings, column: int, axis: int) -> figures.Slice:
     line = np.repeat(findings.compromise[None], SLICE_POSITIONS, axis=0)
     line[:, axis] = np.linspace(problem.low[axis], problem.high[axis], SLICE_POSITIONS)
     mean, std = findings.interpolant.predict_with_error(line)
-    away = np.delete(
-        (points[there] - findings.compromise) / (problem.high - problem.low), axis, axis=1
-    )
+    shares = (points[there] - findings.compromise) / (problem.high - problem.low)
+    away = np.delete(shares, axis, axis=1)
     distance = np.sqrt(np.mean(away**2, axis=1)) if away.shape[1] else np.zeros(there.sum())
     return figures.Slice(
         axis_label(PARAMETERS[problem.names[axis]]),
@@ -146,7 +142,7 @@ def _front(findings: Findings, album: Album) -> str:
     return album.figure(
         "front_evolution",
         caption,
-        lambda: figures.front_evolution(snapshots, traces.objectives[:, :2], axes, marks),
+        lambda: search_figures.front_evolution(snapshots, traces.objectives[:, :2], axes, marks),
     )
 
 
@@ -157,7 +153,7 @@ def _distance(findings: Findings, album: Album) -> str:
         " seeds."
     )
     return album.figure(
-        "generational_distance", caption, lambda: figures.generational_distance(curves)
+        "generational_distance", caption, lambda: search_figures.generational_distance(curves)
     )
 
 
@@ -189,10 +185,8 @@ def _ridge(findings: Findings, album: Album) -> str:
         " cloud is as wide as one parameter is free where the other is known, and a slanted band is"
         " a ridge of sets that are equally good."
     )
-    labels, bounds = (
-        [axis_label(PARAMETERS[n]) for n in problem.names],
-        np.array([problem.low, problem.high]),
-    )
+    labels = [axis_label(PARAMETERS[n]) for n in problem.names]
+    bounds = np.array([problem.low, problem.high])
     return album.figure(
         "ridge",
         caption,

@@ -20,13 +20,8 @@ from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant, Learnt
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Outcome, Workspace, for_new_seeds
-from calibrator.search.outcome import (
-    Calibration,
-    Candidate,
-    Traces,
-    current_calibration,
-    read_traces,
-)
+from calibrator.search.outcome import Calibration, Traces, current_calibration, read_traces
+from calibrator.search.parts import Candidate
 from calibrator.verification.outcome import Validation, Verification
 from calibrator.verification.verify import (
     Requests,
@@ -43,9 +38,11 @@ class Findings:
 
     Attributes
     ----------
-    records : the database's runs; verified, validated : fresh runs by candidate.
-    interpolant : as the calibration learnt it; traces : the front and the populations.
-    verification, validation : None where the verb has not been called.
+    records : the database's runs
+    verified, validated : fresh runs by candidate
+    interpolant : as the calibration learnt it
+    traces : the front and the populations
+    collection, verification, validation : None where the verb has not been called
     """
 
     space: Workspace

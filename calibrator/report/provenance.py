@@ -20,9 +20,6 @@ from calibrator.runs.record import Record
 PACKAGES = ("numpy", "scipy", "scikit-learn", "pymoo", "matplotlib")
 
 
-# Failures and provenance
-
-
 def failures(findings: Findings, album: Album) -> str:
     """How many runs of each stage ended how, and why the bad ones did."""
     stages = {
@@ -71,19 +68,18 @@ def provenance(findings: Findings, album: Album) -> str:
     validated = [r for own in findings.validated.values() for r in own]
     runs = [*findings.records, *verified, *validated]
     shipped = findings.collection.from_shipped_database if findings.collection else 0
+    counts = {
+        "of the plan": len(findings.records),
+        "to verify": len(verified),
+        "to validate": len(validated),
+    }
     rows = [
         ["calibrator", text(__version__)],
         ["YADE", text(_distinct(runs, "yade"))],
         ["scripts (hash)", text(_distinct(runs, "scripts"))],
         ["Python", text(platform.python_version())],
         *([name, text(importlib.metadata.version(name))] for name in PACKAGES),
-        [
-            "runs",
-            (
-                f"{len(findings.records)} of the plan, {len(verified)} to verify, {len(validated)}"
-                " to validate"
-            ),
-        ],
+        ["runs", ", ".join(f"{n} {what}" for what, n in counts.items())],
         ["from the shipped database", str(shipped)],
         ["core-seconds of the plan", text(_spent_on_plan(findings))],
         ["core-seconds to verify and validate", number(_core_seconds([*verified, *validated]))],
@@ -96,13 +92,13 @@ def provenance(findings: Findings, album: Album) -> str:
 
 
 def _distinct(records: Sequence[Record], key: str) -> str:
-    return (
-        ", ".join(sorted({str(r.provenance[key]) for r in records if r.provenance.get(key)}))
-        or "not recorded"
-    )
+    """All values that the runs' records have for a key."""
+    found = {str(r.provenance[key]) for r in records if r.provenance.get(key)}
+    return ", ".join(sorted(found)) or "not recorded"
 
 
 def _case_text(path: Path) -> str:
+    """The case file as it is now."""
     try:
         return read_text(path)
     except OSError as error:
@@ -110,13 +106,14 @@ def _case_text(path: Path) -> str:
 
 
 def _spent_on_plan(findings: Findings) -> str:
-    """Core-seconds from timings.csv, which knows the runs made here but not those that were
-    shipped.
+    """Core-seconds from timings.csv.
+
+    It knows the runs made here but not those that were shipped. Raises CalibratorError where it is
+    damaged.
     """
     try:
-        rows = list(
-            csv.DictReader(read_text(findings.space.path / "timings.csv", links=False).splitlines())
-        )
+        timings = read_text(findings.space.path / "timings.csv", links=False)
+        rows = list(csv.DictReader(timings.splitlines()))
         spent = sum(float(row["filling_cpu"]) + float(row["release_cpu"]) for row in rows)
     except FileNotFoundError:
         return "timings.csv is missing: run `calibrator collect`"
@@ -129,6 +126,7 @@ def _spent_on_plan(findings: Findings) -> str:
 
 
 def _core_seconds(records: Sequence[Record]) -> float:
+    """What these runs took, where their records say so."""
     return sum(
         float(r.diagnostics.get(k, 0.0)) for r in records for k in ("filling_cpu", "release_cpu")
     )

@@ -1,6 +1,4 @@
-"""The sections of a report on single runs: pictures of the set-ups, verification, validation,
-curves.
-"""
+"""The sections of a report on single runs: pictures, verification, validation, curves."""
 
 from __future__ import annotations
 
@@ -38,6 +36,7 @@ def pictures(findings: Findings, album: Album) -> str:
 
 
 def _picture(findings: Findings, album: Album, setup: str) -> str:
+    """The grains of one run; a sentence where no run kept them."""
     found = _run_with_curves(findings, setup)
     if found is None:
         verb = "verify" if setup in findings.space.case.problem.calibration_setups else "validate"
@@ -61,13 +60,13 @@ def _picture(findings: Findings, album: Album, setup: str) -> str:
 
 
 def _run_with_curves(findings: Findings, setup: str) -> tuple[Record, dict[str, np.ndarray]] | None:
-    """The compromise's own fresh run where there is one, else the run nearest to the compromise
-    that kept its grains.
+    """The compromise's own fresh run where there is one, with its arrays.
+
+    Else the run nearest to the compromise that kept its grains; None where none did.
     """
     own = findings.verified.get("compromise", []) + findings.validated.get("compromise", [])
-    probe = gather(
-        findings.space.runs, [probe_request(findings.space, findings.calibration, setup)]
-    )
+    request = probe_request(findings.space, findings.calibration, setup)
+    probe = gather(findings.space.runs, [request])
     for record in [*probe, *own, *by_distance(findings, findings.records)]:
         if record.status == "ok" and record.request.setup == setup:
             arrays = arrays_of(findings, record)
@@ -103,12 +102,13 @@ def verification(findings: Findings, album: Album) -> str:
 
 def _shipped_note(outcome: Mapping[str, Verdict]) -> str:
     shipped = sum(own.from_shipped_database for own in outcome.values())
-    return (
-        f" {shipped} of the runs come with the project; --fresh makes them anew." if shipped else ""
-    )
+    if not shipped:
+        return ""
+    return f" {shipped} of the runs come with the project; --fresh makes them anew."
 
 
 def _verification_table(findings: Findings, outcome: Mapping[str, Verdict]) -> str:
+    """A row per target, a column per candidate, and the verdicts below."""
     targets, verdicts = findings.space.case.problem.targets, list(outcome.values())
     rows = []
     for i, target in enumerate(targets):
@@ -127,6 +127,7 @@ def _target_band(row: Comparison) -> str:
 
 
 def _simulated(row: Comparison) -> str:
+    """The mean of the fresh runs with its standard error."""
     if row.simulated is None or row.standard_error is None:
         return f"not measured by {row.attempted} runs"
     return with_error(row.simulated, row.standard_error)
@@ -149,6 +150,7 @@ def _deviations(outcome: Mapping[str, Verdict]) -> list[figures.Deviation]:
 
 
 def _deviation(label: str, row: Comparison, off: float, error: float) -> figures.Deviation:
+    """One response of one candidate as fractions of its target's scale."""
     promised = None if row.predicted is None else (row.predicted - row.target) / row.scale
     title = words(row.key.split(".")[1])
     return figures.Deviation(label, title, off, error / row.scale, promised, row.band / row.scale)
@@ -210,7 +212,7 @@ def _validation_row(target: Target, row: Comparison) -> list[str]:
 def _by_setup(
     findings: Findings, runs: Mapping[str, Sequence[Record]]
 ) -> dict[str, dict[str, list[dict[str, np.ndarray]]]]:
-    """set-up -> candidate -> arrays of its runs that reached rest."""
+    """Arrays of the runs that reached rest, by set-up and candidate."""
     found: dict[str, dict[str, list[dict[str, np.ndarray]]]] = {}
     for label, records in runs.items():
         for record in records:
@@ -221,6 +223,7 @@ def _by_setup(
 
 
 def _run_curves(findings: Findings, album: Album) -> str:
+    """The curves of the verification's runs, in the order of the candidates."""
     ordered = {
         label: findings.verified[label]
         for label in findings.candidates
@@ -247,6 +250,7 @@ def _drawn(
 def _pairs(
     runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]], curve: Curve
 ) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
+    """The two arrays of a curve for each run that left both, by candidate."""
     found = {
         label: [(a[curve.across], a[curve.up]) for a in own if {curve.across, curve.up} <= set(a)]
         for label, own in runs.items()

@@ -12,15 +12,17 @@ from calibrator.case.vocabulary import RESPONSES, Quantity
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-# Words and numbers
-
-
 def text(words: object) -> str:
+    """Words with the characters that HTML takes for itself escaped."""
     return html.escape(str(words))
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number for people: 0.2314, 1590, 2.9×10⁶; a dash where there is none."""
+    """A number for people: 0.2314, 1590, 2.9×10⁶; a dash where there is none.
+
+    >>> number(0.23138), number(-2.9e6, 2), number(None)
+    ('0.2314', '−2.9×10⁶', '–')
+    """
     if value is None:
         return "–"
     if value == 0 or 1e-3 <= abs(value) < 1e5:
@@ -32,17 +34,22 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def percent(share: float | None, signed: bool = True, digits: int = 2) -> str:
+    """A share in per cent, with its sign where that is asked for; a dash where there is none."""
     if share is None:
         return "–"
     rounded = round(100 * share, digits) + 0.0  # the sum turns -0.0 into 0.0
-    return f"{rounded:{'+' if signed and rounded else ''}.{digits}f}\u00a0%".replace(
-        "-", "−"
-    )  # never broken between number and sign
+    sign = "+" if signed and rounded else ""
+    # a space at which no line is broken
+    return f"{rounded:{sign}.{digits}f}\u00a0%".replace("-", "−")
 
 
 def with_error(value: float, error: float) -> str:
-    """1577 ± 3, 53.5 ± 1.4: the error with one digit, two where the first is 1 or 2, and the value
-    with as many decimals.
+    """A value and its error as people write them.
+
+    The error has one digit, two where the first is 1 or 2, and the value as many decimals.
+
+    >>> with_error(1577.2, 3.4), with_error(53.51, 1.42)
+    ('1577 ± 3', '53.5 ± 1.4')
     """
     if error <= 0:
         return number(value)
@@ -52,10 +59,12 @@ def with_error(value: float, error: float) -> str:
 
 
 def unit(quantity: Quantity) -> str:
+    """The unit as it is printed; empty for a plain number."""
     return {"1": "", "deg": "°", "kg/m3": "kg/m³"}.get(quantity.unit, quantity.unit)
 
 
 def amount(value: float, quantity: Quantity, digits: int = 3) -> str:
+    """A value with its unit."""
     symbol = unit(quantity)
     return f"{number(value, digits)}{'' if symbol in ('', '°') else ' '}{symbol}"
 
@@ -66,36 +75,42 @@ def axis_label(quantity: Quantity) -> str:
 
 
 def words(name: str) -> str:
+    """A name of the vocabulary in words."""
     return name.removesuffix("_deg").replace("_", " ")
 
 
 def response(key: str) -> Quantity:
+    """What the vocabulary says of a response; key : setup.response."""
     return RESPONSES[key.split(".")[1]]
 
 
 def key_words(key: str) -> str:
+    """A key in words: response (set-up)."""
     setup, response = key.split(".")
     return f"{words(response)} ({words(setup)})"
 
 
 def listed(words: Sequence[str]) -> str:
-    """a, b and c."""
-    return (
-        words[0]
-        if len(words) == 1
-        else ", ".join(words[:-1]) + " and " + words[-1]
-        if words
-        else ""
-    )
+    """Words as a list in a sentence.
+
+    >>> listed(["a", "b", "c"])
+    'a, b and c'
+    """
+    if len(words) < 2:
+        return "".join(words)
+    return ", ".join(words[:-1]) + " and " + words[-1]
 
 
 def in_unit(quantity: Quantity) -> str:
+    """The unit in brackets, as HTML; empty for a plain number."""
     return f" [{text(unit(quantity))}]" if unit(quantity) else ""
 
 
 def heading(target: Target) -> str:
+    """A target's response in words with its unit, as HTML."""
     return text(key_words(target.key)) + in_unit(response(target.key))
 
 
 def short(candidate: str) -> str:
+    """A candidate's label in a narrow column, as HTML."""
     return text(candidate.removeprefix("individual "))

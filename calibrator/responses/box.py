@@ -12,25 +12,29 @@ from scipy.stats import qmc
 from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
 
+MOST_CORNERS = 10  # dimensions up to which all corners of the box are tried
+
 
 def box_sample(
     low: np.ndarray, high: np.ndarray, count: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Scrambled Sobol points that fill the box low (d,) to high (d,); count is rounded up to a
-    power of two: (n, d).
+    """Scrambled Sobol points (n, d) that fill the box from low (d,) to high (d,).
+
+    n is count, rounded up to a power of two.
     """
     unit = qmc.Sobol(len(low), scramble=True, seed=rng).random_base2(
         max(0, math.ceil(math.log2(count)))
     )
-    return np.clip(low + (high - low) * unit, low, high)
+    return np.asarray(np.clip(low + (high - low) * unit, low, high))
 
 
 def inside(
     points: np.ndarray, low: np.ndarray, high: np.ndarray, parameters: Sequence[str]
 ) -> np.ndarray:
-    """Points (k, d) clipped by no more than rounding;
+    """Points (k, d) of the box from low (d,) to high (d,), clipped by no more than rounding.
 
-    CalibratorError if one lies outside low (d,) to high (d,).
+    parameters : d names, for messages. Raises CalibratorError if a point lies outside, or has
+    another number of columns.
     """
     points = np.atleast_2d(np.asarray(points, float))
     if points.shape[1] != len(low):
@@ -45,13 +49,11 @@ def inside(
             f"{parameters[column]} = {points[row, column]:g} lies outside {low[column]:g} to"
             f" {high[column]:g}: an interpolant does not extrapolate, stay inside or add runs there"
         )
-    return np.clip(points, low, high)
-
-
-MOST_CORNERS = 10  # dimensions up to which all corners of the box are tried
+    return np.asarray(np.clip(points, low, high))
 
 
 def corners(problem: Problem) -> np.ndarray:
+    """All corners (2^d, d) of the box; none where it has more than MOST_CORNERS dimensions."""
     if len(problem.parameters) > MOST_CORNERS:
         return np.empty((0, len(problem.parameters)))
     return np.array(list(itertools.product(*zip(problem.low, problem.high, strict=True))))
@@ -64,8 +66,9 @@ def refined(
     rng: np.random.Generator,
     rounds: int = 10,
 ) -> np.ndarray:
-    """Point (d,) of smallest loss found in boxes around the best so far, each half the size of the
-    one before.
+    """Point (d,) of smallest loss found in boxes around the best so far.
+
+    Each box is half the size of the one before. loss : points (n, d) -> (n,); start : (d,).
     """
     best, half = start, (problem.high - problem.low) / 2
     for _ in range(rounds):

@@ -1,15 +1,14 @@
-"""The coordinates in which raw responses are interpolated: log scales, and the density that
-similarity makes superfluous.
+"""The coordinates in which raw responses are interpolated.
 
-Grains that differ only in density and Young's modulus, with the same E / rho_p, move in exactly the
-same way: every force in the model (Hertz-Mindlin contacts, damping set by restitution, the rolling
-cap, gravity) and the mass scale with rho_p, so accelerations, trajectories, times, angles and
-overlaps are the same, and masses scale with rho_p. In dimensionless terms only E / (rho_p g d)
-matters, beside the frictions and the ratios of lengths. What this needs is the same number of
-grains and a rest threshold that scales with rho_p as well; at a fixed filled mass the number of
-grains changes as 1 / rho_p instead, which shows only in responses that depend on how much was
-filled. tests/test_real_yade.py holds the proof on a pair of runs, benchmarks/similarity.py measures
-it on pairs of the reduced case.
+Log scales, and the density that similarity makes superfluous. Grains that differ only in density
+and Young's modulus, with the same E / rho_p, move in exactly the same way: every force in the model
+(Hertz-Mindlin contacts, damping set by restitution, the rolling cap, gravity) and the mass scale
+with rho_p, so accelerations, trajectories, times, angles and overlaps are the same, and masses
+scale with rho_p. In dimensionless terms only E / (rho_p g d) matters, beside the frictions and the
+ratios of lengths. What this needs is the same number of grains and a rest threshold that scales
+with rho_p as well; at a fixed filled mass the number of grains changes as 1 / rho_p instead, which
+shows only in responses that depend on how much was filled. tests/test_real_yade.py holds the proof
+on a pair of runs, benchmarks/runs/similarity.py measures it on pairs of the reduced case.
 """
 
 from __future__ import annotations
@@ -30,12 +29,11 @@ DENSITY, MODULUS = "particle_density", "young_modulus"
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Change from the problem's parameters (k, d) to the interpolant's coordinates, and back to raw
-    responses.
+    """Change from parameters (k, d) to the interpolant's coordinates, and back to raw responses.
 
     collapsed : whether the particle density is taken out by similarity. Coordinates are then those
     of a sand with the mean density of the box: Young's modulus becomes E rho_mean / rho_p, and the
-    column of the density is dropped.
+    column of the density is dropped. Raises CalibratorError where one of the two is not calibrated.
     """
 
     problem: Problem
@@ -75,7 +73,8 @@ class Coordinates:
         if not self.collapsed:
             return np.ones(len(points))
         column = self.problem.names.index(DENSITY)
-        return points[:, column] / (self.problem.low[column] + self.problem.high[column]) * 2
+        both = self.problem.low[column] + self.problem.high[column]
+        return np.asarray(points[:, column] / both * 2)
 
     def inward(self, points: np.ndarray) -> np.ndarray:
         """Coordinates (k, c) of points (k, d)."""
@@ -87,8 +86,10 @@ class Coordinates:
         return points[:, [i for i, n in enumerate(self.problem.names) if n in self.names]]
 
     def factors(self, points: np.ndarray, keys: Sequence[str]) -> np.ndarray:
-        """What a response (k, m) of the sand of mean density has to be multiplied by: the density
-        ratio where masses enter.
+        """What a response (k, m) of the sand of mean density has to be multiplied by.
+
+        That is the density ratio where masses enter, else one. points : (k, d); keys : m of
+        responses.
         """
         massive = np.array(["kg" in RESPONSES[key.split(".")[1]].unit for key in keys])
         return np.where(massive, self.density_ratio(np.atleast_2d(points))[:, None], 1.0)
@@ -96,11 +97,11 @@ class Coordinates:
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """An interpolant in other coordinates, seen from the problem's parameters: the Interpolant
-    protocol.
+    """An interpolant in other coordinates, seen from the problem's parameters.
 
-    points (p, d) and values (p, m) are the distinct parameter sets and their mean responses; two
-    sets that similarity makes one are two here and one inside.
+    It offers what the `Interpolant` protocol asks for. points (p, d) and values (p, m) are the
+    distinct parameter sets and their mean responses; two sets that similarity makes one are two
+    here and one inside.
     """
 
     coordinates: Coordinates
@@ -115,7 +116,7 @@ class Changed:
 
     @property
     def noise(self) -> np.ndarray:
-        """Seed noise (m,) of a single run, at the mean density of the box where that is collapsed."""
+        """Seed noise (m,) of a single run, at the box's mean density where that is collapsed."""
         return self.inner.noise
 
     @property
@@ -131,14 +132,13 @@ class Changed:
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the box."""
         points = self._inside(points)
-        return self.inner.predict(self.coordinates.inward(points)) * self.coordinates.factors(
-            points, self.responses
-        )
+        mean = self.inner.predict(self.coordinates.inward(points))
+        return np.asarray(mean * self.coordinates.factors(points, self.responses))
 
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean responses and their standard deviations, both (k, m);
+        """Mean responses and their standard deviations, both (k, m).
 
-        CalibratorError outside the box.
+        Raises CalibratorError outside the box.
         """
         points = self._inside(points)
         mean, error = self.inner.predict_with_error(self.coordinates.inward(points))
@@ -151,8 +151,9 @@ class Changed:
         return inside(points, problem.low, problem.high, problem.names)
 
     def leave_one_out(self) -> tuple[np.ndarray, np.ndarray]:
-        """Prediction of each distinct point without the runs at its coordinates, and its expected
-        scatter, both (p, m).
+        """Each distinct point predicted without the runs at its coordinates.
+
+        The prediction, and the scatter that is expected of it, both (p, m).
         """
         mean, error = self.inner.leave_one_out()
         _, row = np.unique(self.coordinates.inward(self.points), axis=0, return_inverse=True)

@@ -31,12 +31,17 @@ def fit_responses(
 
     Parameters
     ----------
-    points : (n, d) parameter sets, replicates repeated; values : (n, m) responses, NaN where not
-    measured; keys : m names.
-    method : "process" or "multilinear"; similarity : take the particle density out.
-    noise : (m,) seed noise where it is known; learnt : what an earlier fit of the same runs found.
+    points : (n, d) parameter sets, replicates repeated
+    values : (n, m) responses, NaN where not measured
+    keys : m names, setup.response
+    method : "process" or "multilinear"
+    similarity : whether the particle density is taken out
+    noise : (m,) seed noise where it is known
+    learnt : what an earlier fit of the same runs found
 
-    Raises CalibratorError as the interpolants do, and for a similarity without density or modulus.
+    Raises
+    ------
+    CalibratorError : as the interpolants do, and for a similarity without density or modulus
     """
     change = Coordinates(problem, similarity)
     inward = change.inward(points)

@@ -24,20 +24,21 @@ from calibrator.threads import on_one_thread
 
 CHUNK = 4096  # rows predicted at once: keeps the covariance block in the processor's cache
 
-# of the standardised response per half range: broad, so the linear trend is all but free
+# Of the standardised response per half range: broad, so the linear trend is all but free.
 TREND_VARIANCE = 10.0
 
-# in half ranges: 15-60 points cannot resolve less than a quarter of a range
+# In half ranges: 15-60 points cannot resolve less than a quarter of a range.
 LENGTH_SCALES = (0.5, 20.0)
 
-# more hardly change the kernel, and the search for it takes minutes (benchmarks/interpolant.py)
+# The search for a kernel takes the cube of the number of points, some hundred times over; more
+# points hardly change what it finds (benchmarks/numerics/interpolant.py).
 KERNEL_POINTS = 500
 MOST_POINTS = 10_000  # a covariance of 0.8 GB, and the process holds a few of its size
 
-# of the standardised variance: keeps the covariance invertible where the noise is measured as zero
+# Of the standardised variance: keeps the covariance invertible where the noise is measured as zero.
 JITTER = 1e-8
 
-# pooled seed noise with fewer degrees of freedom is uncertain by more than a factor of two
+# Pooled seed noise with fewer degrees of freedom is uncertain by more than a factor of two.
 FEWEST_DEGREES = 4
 
 
@@ -54,13 +55,15 @@ class GaussianProcess:
 
     Attributes
     ----------
-    responses : keys of the m responses; parameters : names of the d parameters; bounds : (2, d) box
-    of the design.
-    points (p, d), values (p, m), counts (p, m) : distinct points, mean responses (NaN where not
-    measured) and runs behind each.
-    noise : (m,) seed noise of a single run.
+    responses : keys of the m responses
+    parameters : names of the d parameters
+    bounds : (2, d) box of the design
+    points : (p, d) distinct points
+    values : (p, m) mean responses, NaN where not measured
+    counts : (p, m) runs behind each mean
+    noise : (m,) seed noise of a single run
     noise_sources : (m,) "given", "replicates" (pooled) or "estimated" (by maximum likelihood, too
-    few replicates to pool).
+        few replicates to pool)
     """
 
     responses: list[str]
@@ -91,39 +94,42 @@ class GaussianProcess:
     ) -> GaussianProcess:
         """Processes through the mean responses, smoothing by the seed noise.
 
-        A search for the kernel takes the cube of the number of points, some hundred times over.
-        Beyond KERNEL_POINTS it sees a random subset of that many (drawn with seed); the process
-        itself is conditioned on all points.
+        Beyond KERNEL_POINTS points the search for the kernel sees a random subset of that many.
 
         Parameters
         ----------
-        points : (n, d) parameter sets, replicates repeated; values : (n, m) responses, NaN where
-        not measured.
-        names : m response keys; bounds : (2, d) lower and upper bounds of the design, which must
-        hold all points.
-        noise : (m,) known seed noise; where None it is pooled from replicates if they give 4 or
-            more degrees of freedom, else estimated with the kernel.
-        counts : (n,) runs that each row averages, with noise only; parameters : d names for
-        messages.
-        restarts : extra starts of the likelihood search, drawn with seed; learnt : what an earlier
-            fit of the same runs found, which takes the place of the search and of noise.
+        points : (n, d) parameter sets, replicates repeated
+        values : (n, m) responses, NaN where not measured
+        names : m response keys
+        bounds : (2, d) of the design, which must hold all points
+        noise : (m,) known seed noise; where None pooled from replicates, or estimated with the
+            kernel where those give less than FEWEST_DEGREES degrees of freedom
+        counts : (n,) runs that each row averages, with noise only
+        parameters : d names for messages
+        restarts, seed : extra starts of the likelihood search, drawn with seed like the subset
+        learnt : what an earlier fit of the same runs found, instead of the search and of noise
 
         Raises
         ------
         CalibratorError : a point lies outside bounds, a response has fewer than d + 2 distinct
-            points, or there are more than MOST_POINTS of them.
+            points, or there are more than MOST_POINTS of them
         """
         noise = noise if learnt is None else learnt.noise
         runs = checked_runs(points, values, names, noise, counts, parameters, FEWEST_DEGREES)
         bounds = np.asarray(bounds, float)
         inside(runs.points, bounds[0], bounds[1], runs.parameters)
+        kernels = None if learnt is None else learnt.kernels
         processes = tuple(
-            _fit_process(
-                runs, column, bounds, restarts, seed, learnt.kernels[column] if learnt else None
-            )
-            for column in range(len(names))
+            _fit_process(runs, i, bounds, restarts, seed, None if kernels is None else kernels[i])
+            for i in range(len(names))
         )
-        found = np.array([process.noise for process in processes])
+        return cls._through(runs, bounds, processes)
+
+    @classmethod
+    def _through(
+        cls, runs: TrainingRuns, bounds: np.ndarray, processes: tuple[_Process, ...]
+    ) -> GaussianProcess:
+        """The processes of all responses, and the runs that they were conditioned on."""
         return cls(
             runs.responses,
             runs.parameters,
@@ -131,7 +137,7 @@ class GaussianProcess:
             runs.points,
             runs.values,
             runs.counts,
-            found,
+            np.array([process.noise for process in processes]),
             runs.noise_sources,
             processes,
         )
@@ -147,6 +153,7 @@ class GaussianProcess:
         return common_source(self.noise_sources)
 
     def _unit(self, points: np.ndarray) -> np.ndarray:
+        """The points (k, d) in half ranges from the centre; CalibratorError outside the bounds."""
         return _unit(inside(points, self.bounds[0], self.bounds[1], self.parameters), self.bounds)
 
     @on_one_thread
@@ -157,8 +164,9 @@ class GaussianProcess:
 
     @on_one_thread
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean responses and the standard deviation of that mean (seed noise of a new run not
-        included), both (k, m).
+        """Mean responses and the standard deviation of that mean, both (k, m).
+
+        The seed noise of a new run is not included. Raises CalibratorError outside the bounds.
         """
         unit = self._unit(points)
         both = np.stack(
@@ -181,8 +189,9 @@ class GaussianProcess:
 
 @dataclass(frozen=True, eq=False)
 class _Process:
-    """A conditioned process of one response in standardised units (value - centre) / scale, and its
-    training rows.
+    """A conditioned process of one response and its training rows.
+
+    It works in standardised units, (value - centre) / scale; noise is in the response's own.
     """
 
     regressor: GaussianProcessRegressor
@@ -192,29 +201,34 @@ class _Process:
     noise: float
 
     def mean(self, unit: np.ndarray) -> np.ndarray:
-        return self.centre + self.scale * self.regressor.predict(unit)
+        """Mean responses (k,) at points (k, d) of the unit box."""
+        return np.asarray(self.centre + self.scale * self.regressor.predict(unit))
 
     def mean_and_std(self, unit: np.ndarray) -> np.ndarray:
+        """Mean responses and their standard deviations as two columns (k, 2)."""
         with warnings.catch_warnings():
-            # rounding at a noiseless training point
+            # they are rounding at a noiseless training point
             warnings.filterwarnings("ignore", "Predicted variances smaller than 0")
             mean, std = self.regressor.predict(unit, return_std=True)
         return np.column_stack([self.centre + self.scale * mean, self.scale * std])
 
     def leave_one_out(self) -> tuple[np.ndarray, np.ndarray]:
+        """Prediction of each row without it, and its expected scatter, both (rows,)."""
         precision = np.diag(cho_solve((self.regressor.L_, True), np.eye(len(self.rows))))
         predictions = self.regressor.y_train_ - self.regressor.alpha_ / precision
         return self.centre + self.scale * predictions, self.scale / np.sqrt(precision)
 
 
 def _unit(points: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Points scaled to [-1, 1] by the bounds: half ranges from the centre, so that the trend pivots
-    there.
+    """Points scaled to [-1, 1] by the bounds: half ranges from the centre.
+
+    There the trend pivots.
     """
-    return (2 * points - bounds[0] - bounds[1]) / (bounds[1] - bounds[0])
+    return np.asarray((2 * points - bounds[0] - bounds[1]) / (bounds[1] - bounds[0]))
 
 
 def _chunked(function: Callable[[np.ndarray], np.ndarray], rows: np.ndarray) -> np.ndarray:
+    """The function of all rows, worked out CHUNK rows at a time."""
     return np.concatenate(
         [function(rows[i : i + CHUNK]) for i in range(0, max(1, len(rows)), CHUNK)]
     )
@@ -256,7 +270,7 @@ def _fit_process(
 
 
 def _require_points(response: str, points: int, dimensions: int) -> None:
-    """Raise CalibratorError where the points are too few for a trend, or too many for the memory."""
+    """Raise CalibratorError where the points are too few for a trend, or too many for memory."""
     if points < dimensions + 2:
         raise CalibratorError(
             f"{response} was measured at {points} distinct points: "
@@ -278,6 +292,7 @@ def _subset(count: int, seed: int) -> np.ndarray:
 
 
 def _kernel(dimensions: int) -> Any:
+    """The kernel of `GaussianProcess` before its hyperparameters are sought."""
     smooth = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(np.ones(dimensions), LENGTH_SCALES, nu=2.5)
     return smooth + ConstantKernel(TREND_VARIANCE, "fixed") * DotProduct(1.0, "fixed")
 
@@ -285,8 +300,9 @@ def _kernel(dimensions: int) -> Any:
 def _kernel_and_noise(
     unit: np.ndarray, standard: np.ndarray, restarts: int, seed: int
 ) -> tuple[Any, float]:
-    """Likeliest kernel and seed noise together, from single runs: replicates, where there are some,
-    speak through them.
+    """Likeliest kernel and seed noise together, from single runs.
+
+    Replicates, where there are some, speak through them.
     """
     found = _likeliest(
         _kernel(unit.shape[1]) + WhiteKernel(0.01, (1e-6, 1.0)),
@@ -302,11 +318,11 @@ def _kernel_and_noise(
 def _likeliest(
     kernel: Any, unit: np.ndarray, standard: np.ndarray, alpha: Any, restarts: int, seed: int
 ) -> Any:
+    """The kernel with the hyperparameters of the highest marginal likelihood."""
     search = GaussianProcessRegressor(
         kernel, alpha=alpha, n_restarts_optimizer=restarts, random_state=seed
     )
     with warnings.catch_warnings():
-        # a parameter without influence drives its length scale to the bound, which is the right
-        # answer
+        # a parameter without influence rightly drives its length scale to the bound
         warnings.simplefilter("ignore", ConvergenceWarning)
         return search.fit(unit, standard).kernel_

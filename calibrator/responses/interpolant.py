@@ -1,9 +1,9 @@
-"""What interpolating raw bulk responses over the parameter space has in common; a misfit is never
-interpolated.
+"""What interpolating raw bulk responses over the parameter space has in common.
 
 Two interpolants with the same verbs: `multilinear.Multilinear` on a full grid, as in the reference
-paper, and `gaussian_process.GaussianProcess` on any design. Both refuse to extrapolate. Arrays in,
-arrays out: rows are points, columns are parameters or responses.
+paper, and `gaussian_process.GaussianProcess` on any design. Both refuse to extrapolate, and a
+misfit is never interpolated. Arrays in, arrays out: rows are points, columns are parameters or
+responses.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from calibrator.errors import CalibratorError
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """State of an interpolant beyond its runs: kernels (m, q), empty where there are none, and the
-    seed noise (m,) of a single run.
+    """State of an interpolant beyond its runs.
+
+    kernels : (m, q), empty where there are none; noise : (m,) seed noise of a single run.
     """
 
     kernels: np.ndarray
@@ -28,9 +29,7 @@ class Learnt:
 
 
 class Interpolant(Protocol):
-    """What every interpolant offers: responses (m,) by key, seed noise (m,), and predictions at
-    points (k, d).
-    """
+    """What every interpolant offers: m responses by key, their seed noise, and predictions."""
 
     @property
     def responses(self) -> list[str]:
@@ -50,13 +49,11 @@ class Interpolant(Protocol):
 
     @property
     def noise(self) -> np.ndarray:
-        """Seed noise, shape (m,): standard deviation of a single run about the mean response, in
-        the response's unit.
-        """
+        """Seed noise (m,): standard deviation of one run about the mean, in the response's unit."""
 
     @property
     def learnt(self) -> Learnt:
-        """What a search found beyond the runs themselves: enough to fit the same again without it."""
+        """What a search found beyond the runs: enough to fit the same again without it."""
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d)."""
@@ -73,15 +70,15 @@ def seed_noise(points: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.n
 
     Parameters
     ----------
-    points : (n, d) parameter sets; replicates are rows that agree exactly.
-    values : (n, m) responses; NaN where a response was not measured.
+    points : (n, d) parameter sets; replicates are rows that agree exactly
+    values : (n, m) responses, NaN where not measured
 
     Returns
     -------
     std : (m,) square root of the summed squared deviations from each point's mean over the degrees
         of freedom, in the response's unit; NaN without replicates. It assumes that the noise is the
         same all over the parameter space.
-    degrees : (m,) degrees of freedom, the runs less the distinct points.
+    degrees : (m,) degrees of freedom, the runs less the distinct points
     """
     group, means, counts = _grouped(points, values, np.ones(len(points)))
     squares = np.nansum((values - means[group]) ** 2, axis=0)
@@ -99,12 +96,15 @@ def average_replicates(
 
     Parameters
     ----------
-    points : (n, d); values : (n, m), NaN where not measured; counts : (n,) runs that each row
-    already averages, or None.
+    points : (n, d) parameter sets
+    values : (n, m) responses, NaN where not measured
+    counts : (n,) runs that each row already averages, or None
 
     Returns
-    ------- distinct points (p, d) in lexical order, means (p, m) with NaN where nothing was
-    measured, runs behind each mean (p, m).
+    -------
+    points : (p, d) distinct points in lexical order
+    means : (p, m), NaN where nothing was measured
+    counts : (p, m) runs behind each mean
     """
     _, means, totals = _grouped(
         points, values, np.ones(len(points)) if counts is None else np.asarray(counts, float)
@@ -126,15 +126,24 @@ def _grouped(
 
 @dataclass(frozen=True, eq=False)
 class TrainingRuns:
-    """Checked training runs, averaged over replicates: what both interpolants start from."""
+    """Checked training runs, averaged over replicates: what both interpolants start from.
 
-    raw_points: np.ndarray  # (n, d)
-    raw_values: np.ndarray  # (n, m)
-    points: np.ndarray  # (p, d)
-    values: np.ndarray  # (p, m)
-    counts: np.ndarray  # (p, m)
-    noise: np.ndarray  # (m,), NaN where it has to be estimated
-    noise_sources: tuple[str, ...]  # (m,)
+    Attributes
+    ----------
+    raw_points, raw_values : (n, d) and (n, m), a row per run
+    points, values, counts : (p, d), (p, m) and (p, m), a row per distinct point
+    noise : (m,) seed noise of a single run, NaN where it has to be estimated
+    noise_sources : (m,) "given", "replicates" or "estimated"
+    responses, parameters : m keys and d names
+    """
+
+    raw_points: np.ndarray
+    raw_values: np.ndarray
+    points: np.ndarray
+    values: np.ndarray
+    counts: np.ndarray
+    noise: np.ndarray
+    noise_sources: tuple[str, ...]
     responses: list[str]
     parameters: list[str]
 
@@ -148,6 +157,17 @@ def checked_runs(
     parameters: Sequence[str] | None,
     fewest_degrees: int,
 ) -> TrainingRuns:
+    """The runs as an interpolant needs them: finite, averaged, with their seed noise.
+
+    Parameters
+    ----------
+    points, values, names, noise, counts, parameters : as for the interpolants' `fit`
+    fewest_degrees : of freedom, from which seed noise is pooled from replicates
+
+    Raises
+    ------
+    CalibratorError : shapes that do not fit, points that are not finite, or counts without noise
+    """
     points, values = np.asarray(points, float), np.asarray(values, float)
     if points.ndim != 2 or values.shape != (len(points), len(names)) or not len(points):
         raise CalibratorError(
@@ -183,6 +203,7 @@ def checked_runs(
 def _noise_of(
     points: np.ndarray, values: np.ndarray, noise: np.ndarray | None, fewest_degrees: int
 ) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Seed noise (m,), NaN where it has to be estimated, and where each is from."""
     if noise is not None:
         return (
             np.broadcast_to(np.asarray(noise, float), values.shape[1]).copy(),
@@ -196,4 +217,5 @@ def _noise_of(
 
 
 def common_source(sources: Sequence[str]) -> str:
+    """The one source that all have, else "mixed"."""
     return sources[0] if len(set(sources)) == 1 else "mixed"

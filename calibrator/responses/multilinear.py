@@ -21,20 +21,21 @@ from calibrator.responses.interpolant import Learnt, TrainingRuns, checked_runs,
 
 @dataclass(frozen=True, eq=False)
 class Multilinear:
-    """Multilinear interpolation on a full grid (scipy's RegularGridInterpolator), the paper's
-    choice.
+    """Multilinear interpolation on a full grid, the paper's choice.
 
-    Its error estimate knows the seed noise only, not the error of straight lines between curved
-    samples; `leave_one_out` measures the latter.
+    It is scipy's RegularGridInterpolator. Its error estimate knows the seed noise only, not the
+    error of straight lines between curved samples; `leave_one_out` measures the latter.
 
     Attributes
     ----------
-    responses : keys of the m responses; parameters : names of the d parameters.
-    points (p, d), values (p, m), counts (p, m) : distinct grid points, mean responses and runs
-    behind each.
-    noise : (m,) seed noise of a single run; zero where noise_sources says "none".
-    noise_sources : (m,) "given", "replicates" or "none" (no replicates).
-    axes : d ascending sample arrays.
+    responses : keys of the m responses
+    parameters : names of the d parameters
+    points : (p, d) distinct grid points
+    values : (p, m) mean responses
+    counts : (p, m) runs behind each mean
+    noise : (m,) seed noise of a single run; zero where noise_sources says "none"
+    noise_sources : (m,) "given", "replicates" or "none" (no replicates)
+    axes : d ascending sample arrays
     """
 
     responses: list[str]
@@ -62,16 +63,17 @@ class Multilinear:
 
         Parameters
         ----------
-        points : (n, d) grid points, replicates repeated; values : (n, m) responses; names : m
-        response keys.
-        noise : (m,) known seed noise; measured from replicates where None.
-        counts : (n,) runs that each row averages, with noise only; parameters : d names for
-        messages.
+        points : (n, d) grid points, replicates repeated
+        values : (n, m) responses
+        names : m response keys
+        noise : (m,) known seed noise; measured from replicates where None
+        counts : (n,) runs that each row averages, with noise only
+        parameters : d names for messages
 
         Raises
         ------
         CalibratorError : the points are not a full grid of two or more samples per axis, or a
-        response is missing.
+            response is missing
         """
         runs = checked_runs(points, values, names, noise, counts, parameters, 1)
         axes = tuple(np.unique(column) for column in runs.points.T)
@@ -106,24 +108,29 @@ class Multilinear:
 
     @property
     def _low(self) -> np.ndarray:
+        """First sample (d,) of each axis."""
         return np.array([axis[0] for axis in self.axes])
 
     @property
     def _high(self) -> np.ndarray:
+        """Last sample (d,) of each axis."""
         return np.array([axis[-1] for axis in self.axes])
 
     @property
     def _variance(self) -> np.ndarray:
         """Variance of the mean response at each grid point, (p, m)."""
-        return self.noise**2 / self.counts
+        return np.asarray(self.noise**2 / self.counts)
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the grid."""
-        return self._interpolator(inside(points, self._low, self._high, self.parameters))
+        points = inside(points, self._low, self._high, self.parameters)
+        return np.asarray(self._interpolator(points))
 
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean responses and their standard deviation, both (k, m): seed noise of the surrounding
-        grid points only.
+        """Mean responses and their standard deviation, both (k, m).
+
+        The latter is due to the seed noise of the surrounding grid points only. Raises
+        CalibratorError outside the grid.
         """
         points = inside(points, self._low, self._high, self.parameters)
         variance = np.zeros((len(points), len(self.responses)))
@@ -154,6 +161,7 @@ class Multilinear:
 
 
 def _require_full_grid(runs: TrainingRuns, axes: Sequence[np.ndarray]) -> None:
+    """Raise CalibratorError for a single value on an axis, a hole, or a missing response."""
     for name, axis in zip(runs.parameters, axes, strict=True):
         if len(axis) < 2:
             raise CalibratorError(
@@ -180,6 +188,7 @@ def _require_full_grid(runs: TrainingRuns, axes: Sequence[np.ndarray]) -> None:
 
 
 def _spelled(parameters: Sequence[str], points: Iterator[Any] | list[Any]) -> str:
+    """Points in words, such as (a = 1, b = 2) and (a = 3, b = 4)."""
     return " and ".join(
         "(" + ", ".join(f"{n} = {v:g}" for n, v in zip(parameters, p, strict=True)) + ")"
         for p in points
@@ -189,8 +198,9 @@ def _spelled(parameters: Sequence[str], points: Iterator[Any] | list[Any]) -> st
 def _surrounding(
     points: np.ndarray, axes: Sequence[np.ndarray]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """For each of the 2^d corners of the cells around points (k, d): flat grid index (k,) and
-    multilinear weight (k,).
+    """Flat grid index (k,) and multilinear weight (k,) of each corner of the cells around points.
+
+    There are 2^d corners; points : (k, d).
     """
     cells = [
         np.searchsorted(axis[1:-1], x, side="right") for axis, x in zip(axes, points.T, strict=True)
@@ -214,8 +224,7 @@ def _surrounding(
 
 
 def _without_own_lines(grid: np.ndarray, axes: Sequence[np.ndarray], power: int) -> np.ndarray:
-    """Replace every interior line by interpolation between its neighbours, one axis after the
-    other.
+    """The grid with every interior line interpolated between its neighbours, axis after axis.
 
     The product over the axes is the multilinear interpolation in the cell of twice the size. power
     1 interpolates values, 2 propagates variances (squared weights).

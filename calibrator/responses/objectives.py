@@ -1,5 +1,4 @@
-"""Named objectives of the search: each maps parameters and predicted raw responses to one number to
-be made small.
+"""Named objectives of the search: numbers to be made small.
 
 An objective is a function (problem, columns, responses) -> (n,), where columns is
 `problem.columns(points)` and responses maps each response key to its predictions (n,). Register
@@ -29,7 +28,6 @@ from calibrator.responses.targets import Responses, relative_errors, target_colu
 if TYPE_CHECKING:
     from calibrator.responses.interpolant import Interpolant
 
-
 Function = Callable[[Problem, Columns, Responses], np.ndarray]
 _COST_SIGNS = {"particle_radius": -1, "particle_density": -1, "young_modulus": 1}  # of Eq. (5)
 
@@ -52,9 +50,9 @@ OBJECTIVES: dict[str, Objective] = {}
 
 
 def objective(name: str, *, symbol: str, about: str) -> Callable[[Function], Function]:
-    """Decorator that registers a function as the objective called name;
+    """Decorator that registers a function as the objective called name.
 
-    CalibratorError if the name is taken.
+    symbol, about : how plots and the page name it. Raises CalibratorError if the name is taken.
     """
 
     def register(function: Function) -> Function:
@@ -69,10 +67,10 @@ def objective(name: str, *, symbol: str, about: str) -> Callable[[Function], Fun
 def evaluation(
     problem: Problem, interpolant: Interpolant, names: Sequence[str]
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Function that maps points (n, d) to the named objectives (n, k) by way of the interpolated
-    raw responses.
+    """Function that maps points (n, d) to the named objectives (n, k).
 
-    Raises CalibratorError for an unknown objective or a target whose response is not interpolated.
+    It goes by way of the interpolated raw responses. Raises CalibratorError for an unknown
+    objective or a target whose response is not interpolated.
     """
     chosen = [OBJECTIVES[known(name, OBJECTIVES, "objective")] for name in names]
     target_columns(problem, interpolant.responses)
@@ -87,13 +85,12 @@ def evaluation(
 
 @objective("error", symbol="O1", about="sum of the weighted relative errors of all targets")
 def error(problem: Problem, columns: Columns, responses: Responses) -> np.ndarray:
-    """O1 of the paper, Eqs.
+    """O1 of the paper, its Eqs. 3 and 4: sum of w_i |y_i - t_i| / |t_i|, shape (n,).
 
-    (3) and (4): sum of w_i |y_i - t_i| / |t_i|, shape (n,); weights are 1 unless given.
+    Weights are 1 unless given; what stands for |t_i| near zero says `Target.scale`.
     """
-    return relative_errors(problem, responses) @ np.array(
-        [target.weight for target in problem.targets]
-    )
+    weights = np.array([target.weight for target in problem.targets])
+    return np.asarray(relative_errors(problem, responses) @ weights)
 
 
 @objective(
@@ -102,7 +99,7 @@ def error(problem: Problem, columns: Columns, responses: Responses) -> np.ndarra
     about="linear measure of the computing time, 0 at the box's cheapest corner",
 )
 def time_cost(problem: Problem, columns: Columns, responses: Responses) -> np.ndarray:
-    """O2 of the paper, Eqs. (5) to (7), shape (n,).
+    """O2 of the paper, its Eqs. 5 to 7, shape (n,).
 
     Each calibrated one among particle radius, particle density (large is cheap) and Young's modulus
     (small is cheap) adds its position in its interval, 0 at the cheap end and 1 at the dear end.
@@ -123,11 +120,11 @@ def time_cost(problem: Problem, columns: Columns, responses: Responses) -> np.nd
     about="largest Rayleigh time in the box over Rayleigh time: 1 at the cheapest corner",
 )
 def rayleigh_cost(problem: Problem, columns: Columns, responses: Responses) -> np.ndarray:
-    """Largest Rayleigh time of the box over the Rayleigh time, shape (n,): the number of time steps
-    relative to the fewest.
+    """Largest Rayleigh time of the box over the Rayleigh time, shape (n,).
 
-    Unlike `time_cost` it weighs radius, density and Young's modulus as the time step does. The
-    Rayleigh time is monotonic in each parameter, so its largest value lies at a corner of the box.
+    It is the number of time steps relative to the fewest. Unlike `time_cost` it weighs radius,
+    density and Young's modulus as the time step does. The Rayleigh time is monotonic in each
+    parameter, so its largest value lies at a corner of the box.
     """
     corners = np.array(list(itertools.product(*zip(problem.low, problem.high, strict=True))))
     largest = np.max(rayleigh_time(problem.columns(corners)))
@@ -135,4 +132,5 @@ def rayleigh_cost(problem: Problem, columns: Columns, responses: Responses) -> n
 
 
 def _count(problem: Problem, columns: Columns) -> int:
+    """The number of points that the columns hold."""
     return len(np.atleast_1d(columns[problem.names[0]]))

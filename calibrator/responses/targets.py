@@ -15,9 +15,9 @@ Responses = Mapping[str, np.ndarray]
 
 
 def target_columns(problem: Problem, responses: Sequence[str]) -> list[int]:
-    """Column of each target among the interpolated responses, t indices;
+    """Column of each target among the interpolated responses, t indices.
 
-    CalibratorError names one that is missing.
+    Raises CalibratorError that names one that is missing.
     """
     responses = list(responses)
     missing = [target.key for target in problem.targets if target.key not in responses]
@@ -46,7 +46,7 @@ def target_errors(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def relative_errors(problem: Problem, responses: Responses) -> np.ndarray:
-    """|y_i - t_i| over the target's scale, (n, t): the terms of the paper's Eq. (3)."""
+    """Terms |y_i - t_i| over the target's scale, (n, t), of the paper's Eq. (3)."""
     return np.column_stack([np.abs(responses[t.key] - t.value) / t.scale for t in problem.targets])
 
 
@@ -54,25 +54,38 @@ def bands(targets: Sequence[Target], noise: np.ndarray, runs: int | np.ndarray) 
     """Half width (t,) around each target within which a mean response counts as meeting it.
 
     The tolerance of the target's scale, but no less than two standard errors of the difference
-    between a measured mean and the mean of so many runs:
-    max(tolerance x scale, 2 hypot(standard error measured, noise / sqrt(runs))). This is the one
-    definition of "met"; plan, search, verification, validation and report all ask here.
+    between a measured mean and the mean of so many runs: max(tolerance x scale, 2 hypot(standard
+    error measured, noise / sqrt(runs))). This is the one definition of "met"; plan, search,
+    verification, validation and report all ask here.
 
     Parameters
     ----------
     noise : (t,) seed noise of a single run in the response's unit; zero, or any number of runs
-        without end, for a response that is known without seed noise.
-    runs : number of runs behind the mean, one for all or (t,).
+        without end, for a response that is known without seed noise
+    runs : number of runs behind the mean, one for all or (t,)
+
+    Examples
+    --------
+    >>> flow = Target("hourglass", "mass_flow_rate", 0.5, tolerance=0.02)
+    >>> bands([flow], np.array([0.0]), 1).tolist()
+    [0.01]
+    >>> bands([flow], np.array([0.04]), 16).tolist()
+    [0.02]
     """
     tolerated = np.array([t.tolerance * t.scale for t in targets])
     measured = np.array([t.standard_error for t in targets])
-    return np.maximum(tolerated, 2 * np.hypot(measured, noise / np.sqrt(runs)))
+    return np.asarray(np.maximum(tolerated, 2 * np.hypot(measured, noise / np.sqrt(runs))))
 
 
 def met(
     targets: Sequence[Target], means: np.ndarray, noise: np.ndarray, runs: int | np.ndarray
 ) -> np.ndarray:
-    """Whether mean responses (..., t) lie within the bands of their targets; NaN is missed."""
+    """Whether mean responses (..., t) lie within the bands of their targets; NaN is missed.
+
+    >>> flow = Target("hourglass", "mass_flow_rate", 0.5, tolerance=0.02)
+    >>> met([flow], np.array([[0.495], [0.52], [np.nan]]), np.array([0.0]), 1).tolist()
+    [[True], [False], [False]]
+    """
     values = np.array([t.value for t in targets])
     return np.asarray(np.abs(means - values) <= bands(targets, noise, runs))
 

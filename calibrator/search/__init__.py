@@ -7,4 +7,5 @@ identifiability  profile likelihood
 sensitivity      Sobol indices
 calibrate        the verb `calibrate`
 outcome          what it found
+parts            of what it found
 """

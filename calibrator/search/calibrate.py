@@ -22,15 +22,12 @@ from calibrator.search.nsga2 import SearchResult, Settings, generational_distanc
 from calibrator.search.outcome import (
     COMPROMISE,
     Calibration,
-    Candidate,
-    Identifiability,
-    Promise,
-    Sensitivity,
     Traces,
     arrays_path,
     hash_of,
     rests_on,
 )
+from calibrator.search.parts import Candidate, Identifiability, Promise, Sensitivity
 from calibrator.search.reach import unreachable
 from calibrator.search.sensitivity import sensitivity
 
@@ -142,7 +139,7 @@ def _left_out_errors(interpolant: Interpolant) -> dict[str, float | None]:
 def _identified(
     problem: Problem, interpolant: Interpolant, truth: dict[str, float]
 ) -> Identifiability:
-    """Profiles with the truth of a synthetic laboratory; of the accepted sets as many as are drawn."""
+    """Profiles with the truth of a synthetic laboratory, and as many accepted sets as are drawn."""
     found = identify(problem, interpolant)
     profiles = tuple(dataclasses.replace(p, truth=truth.get(p.name)) for p in found.parameters)
     accepted = found.accepted[:: max(1, len(found.accepted) // ACCEPTED)]

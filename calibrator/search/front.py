@@ -1,6 +1,4 @@
-"""From a Pareto front to candidates: a spread along it, one compromise, and whether the targets can
-be reached at all.
-"""
+"""From a Pareto front to candidates: a spread along it, and one compromise."""
 
 from __future__ import annotations
 
@@ -8,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calibrator.case.problem import Problem
+from calibrator.case.problem import Problem, Target
 from calibrator.errors import CalibratorError
 from calibrator.responses.targets import bands, chances, met, relative_errors
 
@@ -20,13 +18,18 @@ def spread(objectives: np.ndarray, count: int = 4) -> np.ndarray:
 
     Parameters
     ----------
-    objectives : (p, k >= 2) of the front; ties in one objective are broken by the other.
-    count : members wanted.
+    objectives : (p, k >= 2) of the front; ties in one objective are broken by the other
+    count : members wanted
 
     Returns
-    ------- Indices (up to count,) from the smallest first objective to the smallest second one;
-    those between are the nearest to equal spacing in the second objective. Fewer where the front
-    has fewer distinct members.
+    -------
+    indices : up to (count,), from the smallest first objective to the smallest second one; those
+        between are the nearest to equal spacing in the second objective. Fewer where the front has
+        fewer distinct members.
+
+    Raises
+    ------
+    CalibratorError : the front has no member or a single objective, or count is below 2
     """
     if objectives.ndim != 2 or objectives.shape[1] < 2 or not len(objectives):
         raise CalibratorError(
@@ -68,15 +71,15 @@ def compromise(
 
     Parameters
     ----------
-    objectives : (p, k) of the front; names : of the k objectives; cheapest is the smallest of the
-        first one that is not the error.
-    predicted, std : response key -> (p,) predictions and their standard errors.
-    noise : response key -> seed noise of a single run; replicates : runs that will verify the
-        member.
+    objectives : (p, k) of the front
+    predicted, std : response key -> (p,) predictions and their standard errors
+    noise : response key -> seed noise of a single run
+    replicates : runs that will verify the member
+    names : of the k objectives; cheapest is the smallest of the first that is not the error
 
     Returns
     -------
-    index of the member, and a sentence that says which rule chose it and which targets it misses.
+    index, sentence : the member, and which rule chose it or which targets it misses
     """
     targets = problem.targets
     mean, error = (np.column_stack([by[t.key] for t in targets]) for by in (predicted, std))
@@ -85,23 +88,25 @@ def compromise(
     cost = objectives[:, costs[0] if costs else 0]
     total = relative_errors(problem, predicted) @ np.array([t.weight for t in targets])
     good = met(targets, mean, one_run, replicates).all(axis=1)
-    if good.any():
-        chance = np.exp(chances(targets, mean, error, one_run, replicates))
-        likely = np.flatnonzero(good & (chance >= NEARLY * chance[good].max()))
-        index = int(likely[np.lexsort((total[likely], cost[likely]))[0]])
-        return index, (
-            f"cheapest of the {len(likely)} (of {len(mean)}) front members that meet every target"
-            f" with the highest chance of being verified, {chance[index]:.0%}"
-        )
-    index = int(np.lexsort((cost, total))[0])
-    miss, band = (
-        np.abs(mean[index] - [t.value for t in targets]),
-        bands(targets, one_run, replicates),
+    if not good.any():
+        index = int(np.lexsort((cost, total))[0])
+        return index, _missing(targets, mean[index], bands(targets, one_run, replicates))
+    chance = np.exp(chances(targets, mean, error, one_run, replicates))
+    likely = np.flatnonzero(good & (chance >= NEARLY * chance[good].max()))
+    index = int(likely[np.lexsort((total[likely], cost[likely]))[0]])
+    return index, (
+        f"cheapest of the {len(likely)} (of {len(mean)}) front members that meet every target"
+        f" with the highest chance of being verified, {chance[index]:.0%}"
     )
+
+
+def _missing(targets: Sequence[Target], mean: np.ndarray, band: np.ndarray) -> str:
+    """Which targets the member misses that no other betters; mean, band : (t,)."""
+    miss = np.abs(mean - [t.value for t in targets])
     missed = [
         f"{t.key} by {miss[i] / t.scale:.1%} (band {band[i] / t.scale:.1%})"
         for i, t in enumerate(targets)
         if miss[i] > band[i]
     ]
     words = "no front member meets every target; the smallest total error misses "
-    return index, words + " and ".join(missed)
+    return words + " and ".join(missed)

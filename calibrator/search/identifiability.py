@@ -17,7 +17,7 @@ from calibrator.case.problem import Problem
 from calibrator.responses.box import box_sample
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.targets import target_columns, target_errors
-from calibrator.search.outcome import Identifiability, ParameterProfile
+from calibrator.search.parts import Identifiability, ParameterProfile
 
 CHI2_68, CHI2_95 = 1.0, 3.84  # rises of chi2 that bound 68 and 95 % of one parameter
 STEP = 1e-4  # of the range: forward difference of the residuals
@@ -25,6 +25,7 @@ STARTS = 20  # points of the sample from which the global minimum is sought
 NEARBY = 64  # sample points around a position of which the best is a start
 ROUNDS = 12  # of the descent; it converges quadratically near the minimum
 WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
+
 Residuals = Callable[[np.ndarray], np.ndarray]
 
 
@@ -45,41 +46,30 @@ def identify(
 
     Parameters
     ----------
-    samples : Sobol points of the box; positions : of each profile over the range, and again over
-    the 95 % interval.
+    samples : Sobol points of the box
+    positions : of each profile over the range, and again over the 95 % interval
+    seed : of sample and walkers
 
     Raises
     ------
     CalibratorError : a target's response is not interpolated, or it has neither scatter nor
-    tolerance.
+        tolerance
     """
     residuals, assumed = _residuals(problem, interpolant)
-    rng, dimensions = np.random.default_rng(seed), len(problem.names)
-    units = box_sample(np.zeros(dimensions), np.ones(dimensions), samples, rng)
-    sample = _Points(units, (residuals(units) ** 2).sum(axis=1))
-    starts = sample.units[np.argsort(sample.chi2)[:STARTS]]
-    sample = _joined(sample, _descended(residuals, starts, np.zeros(starts.shape, bool)))
-    coarse = [
-        _profile(residuals, sample, column, np.linspace(0, 1, positions))
-        for column in range(dimensions)
-    ]
-    sample = _joined(sample, *coarse)
-    grids = [_zoomed(curve, sample.best, column, positions) for column, curve in enumerate(coarse)]
-    fine = [_profile(residuals, sample, column, grid) for column, grid in enumerate(grids)]
-    best = _joined(sample, *fine).best
-    curves = [_joined(*both, best) for both in zip(coarse, fine, strict=True)]
+    rng = np.random.default_rng(seed)
+    curves, best = _curves(
+        residuals, _searched(residuals, len(problem.names), samples, rng), positions
+    )
     profiles = tuple(
         _parameter_profile(problem, curve, best, column) for column, curve in enumerate(curves)
     )
     walked = _walked(residuals, _near_best(_joined(*curves)), rng)
-    correlation = np.atleast_2d(np.corrcoef(walked.T))
-    accepted = _scaled(problem, walked)
     return Identifiability(
         profiles,
         _scaled(problem, best.units[0]),
         float(best.chi2[0]),
-        accepted,
-        correlation,
+        _scaled(problem, walked),
+        np.atleast_2d(np.corrcoef(walked.T)),
         assumed,
     )
 
@@ -99,33 +89,56 @@ class _Points:
 
 
 def _joined(*several: _Points) -> _Points:
+    """All points, in order."""
     return _Points(
         np.concatenate([p.units for p in several]), np.concatenate([p.chi2 for p in several])
     )
 
 
 def _scaled(problem: Problem, units: np.ndarray) -> np.ndarray:
-    return problem.low + (problem.high - problem.low) * units
+    """Parameter sets (n, d) of points of the unit box."""
+    return np.asarray(problem.low + (problem.high - problem.low) * units)
 
 
 def _residuals(problem: Problem, interpolant: Interpolant) -> tuple[Residuals, tuple[str, ...]]:
-    """Function from points of the unit box (n, d) to normalised residuals (n, t), and the targets
-    with an assumed error.
+    """Function from points of the unit box (n, d) to normalised residuals (n, t).
+
+    Beside it stand the targets whose standard error had to be assumed.
     """
-    columns, (errors, assumed) = (
-        target_columns(problem, interpolant.responses),
-        target_errors(problem),
-    )
+    columns = target_columns(problem, interpolant.responses)
+    errors, assumed = target_errors(problem)
     values = np.array([target.value for target in problem.targets])
 
     def residuals(units: np.ndarray) -> np.ndarray:
         mean, std = interpolant.predict_with_error(_scaled(problem, units))
-        return (mean[:, columns] - values) / np.hypot(errors, std[:, columns])
+        return np.asarray((mean[:, columns] - values) / np.hypot(errors, std[:, columns]))
 
     return residuals, assumed
 
 
+def _searched(
+    residuals: Residuals, dimensions: int, samples: int, rng: np.random.Generator
+) -> _Points:
+    """A Sobol sample of the unit box, and the ends of descents from its best points."""
+    units = box_sample(np.zeros(dimensions), np.ones(dimensions), samples, rng)
+    sample = _Points(units, (residuals(units) ** 2).sum(axis=1))
+    starts = sample.units[np.argsort(sample.chi2)[:STARTS]]
+    return _joined(sample, _descended(residuals, starts, np.zeros(starts.shape, bool)))
+
+
+def _curves(residuals: Residuals, sample: _Points, positions: int) -> tuple[list[_Points], _Points]:
+    """Profile curve of each coordinate, all over the range and closely, and the best point."""
+    columns = range(sample.units.shape[1])
+    coarse = [_profile(residuals, sample, i, np.linspace(0, 1, positions)) for i in columns]
+    sample = _joined(sample, *coarse)
+    grids = [_zoomed(curve, sample.best, i, positions) for i, curve in enumerate(coarse)]
+    fine = [_profile(residuals, sample, i, grid) for i, grid in enumerate(grids)]
+    best = _joined(sample, *fine).best
+    return [_joined(*both, best) for both in zip(coarse, fine, strict=True)], best
+
+
 def _near_best(points: _Points) -> _Points:
+    """The points whose chi2 lies within the 95 % rise of the smallest."""
     near = points.chi2 <= points.chi2.min() + CHI2_95
     return _Points(points.units[near], points.chi2[near])
 
@@ -148,26 +161,26 @@ def _profile(residuals: Residuals, sample: _Points, column: int, grid: np.ndarra
 
 
 def _best_nearby(sample: _Points, column: int, grid: np.ndarray) -> np.ndarray:
+    """Of the points nearest to each position (b,) the one of smallest chi2, (b, d)."""
     count = min(NEARBY, len(sample.chi2))
     distances = np.abs(sample.units[:, column] - grid[:, None])
     nearby = np.argpartition(distances, count - 1, axis=1)[:, :count]
     best = np.argmin(sample.chi2[nearby], axis=1)
-    return sample.units[nearby[np.arange(len(grid)), best]]
+    return np.asarray(sample.units[nearby[np.arange(len(grid)), best]])
 
 
 def _descended(residuals: Residuals, starts: np.ndarray, fixed: np.ndarray) -> _Points:
-    """Levenberg-Marquardt descent of all starts (b, d) at once inside the unit box; fixed (b, d)
-    marks held coordinates.
+    """Levenberg-Marquardt descent of all starts (b, d) at once inside the unit box.
+
+    fixed : (b, d), which coordinates are held.
     """
     units, found, damping = starts, residuals(starts), np.full(len(starts), 1e-3)
     for _ in range(ROUNDS):
         trial = np.clip(units + _step(residuals, units, found, damping, fixed), 0, 1)
         tried = residuals(trial)
         better = (tried**2).sum(axis=1) < (found**2).sum(axis=1)
-        units, found = (
-            np.where(better[:, None], trial, units),
-            np.where(better[:, None], tried, found),
-        )
+        units = np.where(better[:, None], trial, units)
+        found = np.where(better[:, None], tried, found)
         damping = np.where(better, damping / 10, damping * 10)
     return _Points(units, (found**2).sum(axis=1))
 
@@ -179,8 +192,9 @@ def _step(
     damping: np.ndarray,
     fixed: np.ndarray,
 ) -> np.ndarray:
-    """Damped Gauss-Newton steps (b, d); a coordinate at the wall that would leave the box is held
-    for this step.
+    """Damped Gauss-Newton steps (b, d).
+
+    A coordinate at the wall that would leave the box is held for this step.
     """
     jacobian = _jacobian(residuals, units, found)
     gradient = np.einsum("btd,bt->bd", jacobian, found)
@@ -205,8 +219,9 @@ def _jacobian(residuals: Residuals, units: np.ndarray, found: np.ndarray) -> np.
 
 
 def _zoomed(curve: _Points, best: _Points, column: int, positions: int) -> np.ndarray:
-    """Positions that resolve the 95 % interval found so far, half its width beyond it on either
-    side.
+    """Positions that resolve the 95 % interval found so far.
+
+    They reach half its width beyond it on either side.
     """
     low, high = _interval(_joined(curve, best), column, CHI2_95)
     margin = (high - low) / 2
@@ -225,6 +240,7 @@ def _interval(curve: _Points, column: int, level: float) -> tuple[float, float]:
 
 
 def _crossing(at: np.ndarray, root: np.ndarray, last: int, side: int, level: float) -> float:
+    """Where the root rises through that of the level, beyond the last accepted position."""
     beyond = last + side
     if not 0 <= beyond < len(at):
         return float(at[last])
@@ -235,6 +251,7 @@ def _crossing(at: np.ndarray, root: np.ndarray, last: int, side: int, level: flo
 def _parameter_profile(
     problem: Problem, curve: _Points, best: _Points, column: int
 ) -> ParameterProfile:
+    """The profile of one parameter in its unit."""
     parameter = problem.parameters[column]
     order = np.argsort(curve.units[:, column])
 
@@ -258,12 +275,11 @@ def _parameter_profile(
 
 
 def _walked(residuals: Residuals, start: _Points, rng: np.random.Generator) -> np.ndarray:
-    """Points (k, d) of the unit box distributed as exp(-chi2 / 2), by differential evolution Markov
-    chains.
+    """Points (k, d) of the unit box distributed as exp(-chi2 / 2).
 
-    Each half of the walkers proposes steps along differences within the other half, so that the
-    steps take the shape of the ridge (ter Braak, Stat. Comput. 16 (2006) 239-249). start holds
-    points of the region to be walked.
+    They come from differential evolution Markov chains: each half of the walkers proposes steps
+    along differences within the other half, so that the steps take the shape of the ridge (ter
+    Braak, Stat. Comput. 16 (2006) 239-249). start holds points of the region to be walked.
     """
     walkers = start.units[rng.integers(len(start.units), size=(2, WALKERS // 2))]
     chi2 = np.stack([(residuals(half) ** 2).sum(axis=1) for half in walkers])
@@ -277,8 +293,8 @@ def _walked(residuals: Residuals, start: _Points, rng: np.random.Generator) -> n
             )
             tried = (residuals(np.clip(trial, 0, 1)) ** 2).sum(axis=1)
             inside = ((trial >= 0) & (trial <= 1)).all(axis=1)
-            # Metropolis
-            moves = inside & (tried < chi2[half] + 2 * rng.exponential(size=len(tried)))
+            bound = chi2[half] + 2 * rng.exponential(size=len(tried))  # Metropolis
+            moves = inside & (tried < bound)
             walkers[half][moves], chi2[half][moves] = trial[moves], tried[moves]
         if step >= STEPS // 2 and step % 5 == 0:
             kept.append(walkers.reshape(WALKERS, -1).copy())

@@ -1,10 +1,10 @@
-"""NSGA-II with the paper's binary encoding (sections 2.1 and 2.2), on plain arrays. The only module
-that knows pymoo.
+"""NSGA-II with the paper's binary encoding (sections 2.1 and 2.2), on plain arrays.
 
-Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Trans. Evol. Comput.
-6 (2002) 182-197. Ranks are moocore's, crowding distances pymoo's. Random numbers are drawn in
-pymoo's order, so that a search is pymoo's own bit for bit (benchmarks/nsga2.py holds the two
-against each other), without an object and a dictionary for each individual.
+The only module that knows pymoo. Deb et al., A fast and elitist multiobjective genetic algorithm:
+NSGA-II, IEEE Trans. Evol. Comput. 6 (2002) 182-197. Ranks are moocore's, crowding distances
+pymoo's. Random numbers are drawn in pymoo's order, so that a search is pymoo's own bit for bit
+(benchmarks/numerics/nsga2.py holds the two against each other), without an object and a dictionary
+for each individual.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ Evaluate = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of the search; the defaults are the paper's Table 4 and the generations of its Fig.
-    6.
+    """Settings of the search; the defaults are the paper's, of its Table 4 and Fig. 6.
 
     crossover is a probability per mating, mutation one per bit. snapshots are generations whose
-    population is kept; those beyond the last generation are ignored.
+    population is kept; those beyond the last generation are ignored. Raises CalibratorError for a
+    probability that is none, a negative number and a population of one.
     """
 
     population: int = 5000
@@ -66,12 +66,12 @@ class SearchResult:
 
     Attributes
     ----------
-    points (p, d), objectives (p, k) : the final Pareto front without repeated points, sorted by the
-    first objective.
-    names : the k objectives.
+    points, objectives : (p, d) and (p, k), the final Pareto front without repeated points, sorted
+        by the first objective
+    names : the k objectives
     snapshots : generation -> (points (n, d), objectives (n, k)) of the whole population; 0 is the
-    random one.
-    fronts : objectives (f, k) of the first front of every generation from 0 on.
+        random one
+    fronts : objectives (f, k) of the first front of every generation from 0 on
     """
 
     points: np.ndarray
@@ -82,29 +82,28 @@ class SearchResult:
 
 
 def decode(problem: Problem, bits: np.ndarray) -> np.ndarray:
-    """Parameter sets (n, d) of chromosomes bits (n, L), the parameters' codes in order, most
-    significant bit first.
+    """Parameter sets (n, d) of chromosomes bits (n, L).
 
-    x = low + (high - low) k / (2^L_i - 1) with the integer k that the L_i bits of a parameter spell
-    (paper, section 2.1); both bounds are met exactly.
+    A chromosome holds the parameters' codes in order, most significant bit first: x = low + (high -
+    low) k / (2^L_i - 1) with the integer k that the L_i bits of a parameter spell (paper, section
+    2.1); both bounds are met exactly.
     """
-    codes = np.split(
-        np.asarray(bits, float), np.cumsum([p.bits for p in problem.parameters])[:-1], axis=1
-    )
+    ends = np.cumsum([p.bits for p in problem.parameters])
+    codes = np.split(np.asarray(bits, float), ends[:-1], axis=1)
     shares = np.column_stack(
         [code @ _digits(code.shape[1]) / (2.0 ** code.shape[1] - 1) for code in codes]
     )
-    return problem.low * (1 - shares) + problem.high * shares
+    return np.asarray(problem.low * (1 - shares) + problem.high * shares)
 
 
 def encode(problem: Problem, points: np.ndarray) -> np.ndarray:
-    """Chromosomes (n, L) of booleans that decode to the nearest representable parameter sets;
-    points (n, d) in the box.
+    """Chromosomes (n, L) of booleans that decode to the nearest representable parameter sets.
+
+    points : (n, d) in the box.
     """
     steps = 2.0 ** np.array([p.bits for p in problem.parameters]) - 1
-    integers = np.rint(
-        (np.asarray(points, float) - problem.low) / (problem.high - problem.low) * steps
-    ).astype(np.int64)
+    shares = (np.asarray(points, float) - problem.low) / (problem.high - problem.low)
+    integers = np.rint(shares * steps).astype(np.int64)
     codes = [
         integers[:, [i]] >> np.arange(p.bits)[::-1] & 1 for i, p in enumerate(problem.parameters)
     ]
@@ -112,6 +111,7 @@ def encode(problem: Problem, points: np.ndarray) -> np.ndarray:
 
 
 def _digits(bits: int) -> np.ndarray:
+    """What each bit of a code is worth, the most significant one first."""
     return 2.0 ** np.arange(bits)[::-1]
 
 
@@ -132,11 +132,11 @@ def search(
 
     Parameters
     ----------
-    evaluate : points (n, d) -> objectives (n, k), all to be minimised.
+    evaluate : points (n, d) -> objectives (n, k), all to be minimised
 
     Raises
     ------
-    CalibratorError : evaluate returns another shape, or a value that is not finite.
+    CalibratorError : evaluate returns another shape, or a value that is not finite
     """
     evolution = _evolution(problem, evaluate, settings, len(names))
     snapshots, fronts = {}, []
@@ -159,8 +159,9 @@ def search(
 
 
 def generational_distance(fronts: Sequence[np.ndarray], final: np.ndarray) -> np.ndarray:
-    """Mean distance of each front's members (f, k) to their nearest point of the final front (p,
-    k): Eq. (8), shape (g,).
+    """Mean distance (g,) of each front's members to their nearest point of the final front.
+
+    The paper's Eq. (8). fronts : g arrays (f, k); final : (p, k).
     """
     tree = cKDTree(final)
     return np.array([tree.query(front)[0].mean() for front in fronts])
@@ -168,8 +169,9 @@ def generational_distance(fronts: Sequence[np.ndarray], final: np.ndarray) -> np
 
 @dataclass(frozen=True, eq=False)
 class _Population:
-    """Chromosomes bits (n, L) with their objectives (n, k), rank (n,) and crowding distance within
-    the rank (n,).
+    """Chromosomes with their objectives, ranks and crowding.
+
+    bits : (n, L); objectives : (n, k); rank : (n,); crowding : (n,) distance within the rank.
     """
 
     bits: np.ndarray
@@ -190,10 +192,8 @@ def _evolution(
     yield population
     while len(children := _children(population, settings, rng)):
         found = _evaluated(problem, evaluate, children, objectives)
-        bits, values = (
-            np.concatenate([population.bits, children]),
-            np.concatenate([population.objectives, found]),
-        )
+        bits = np.concatenate([population.bits, children])
+        values = np.concatenate([population.objectives, found])
         population = _survivors(bits, values, settings.population, rng)
         yield population
 
@@ -201,6 +201,7 @@ def _evolution(
 def _evaluated(
     problem: Problem, evaluate: Evaluate, bits: np.ndarray, objectives: int
 ) -> np.ndarray:
+    """Objectives (n, k) of chromosomes; CalibratorError where they are not that, or not finite."""
     found = np.asarray(evaluate(decode(problem, bits)), float)
     if found.shape != (len(bits), objectives):
         raise CalibratorError(
@@ -217,8 +218,9 @@ def _evaluated(
 def _survivors(
     bits: np.ndarray, objectives: np.ndarray, count: int, rng: np.random.Generator
 ) -> _Population:
-    """The count best of bits (n, L) by rank, then by crowding distance in the front that does not
-    fit in whole.
+    """The count best of bits (n, L).
+
+    By rank, then by crowding distance in the front that does not fit in whole.
     """
     rank = pareto_rank(objectives)
     order = np.argsort(rank, kind="stable")
@@ -230,18 +232,16 @@ def _survivors(
         crowding[front] = _CROWDING.do(objectives[front])
     last = fronts[-1]
     if ends[-1] > count:
-        fronts[-1] = last[
-            randomized_argsort(crowding[last], order="descending", random_state=rng)[
-                : count - ends[-1]
-            ]
-        ]
+        loosest = randomized_argsort(crowding[last], order="descending", random_state=rng)
+        fronts[-1] = last[loosest[: count - ends[-1]]]
     chosen = np.concatenate(fronts)
     return _Population(bits[chosen], objectives[chosen], rank[chosen], crowding[chosen])
 
 
 def _children(population: _Population, settings: Settings, rng: np.random.Generator) -> np.ndarray:
-    """As many new chromosomes as the population has (n, L), or what MATINGS rounds make where that
-    is fewer.
+    """As many new chromosomes (n, L) as the population has.
+
+    Or what MATINGS rounds make, where that is fewer.
     """
     old, children = len(population.bits), population.bits[:0]
     for _ in range(MATINGS):
@@ -251,17 +251,18 @@ def _children(population: _Population, settings: Settings, rng: np.random.Genera
         parents = population.bits[_tournament(population, (math.ceil(missing / 2), 2), rng)]
         made = _mutated(_crossed(parents, settings.crossover, rng), settings.mutation, rng)
         first = _first_of_each(np.concatenate([population.bits, children, made]))
-        children = np.concatenate(
-            [children, made[first[first >= old + len(children)] - old - len(children)][:missing]]
-        )
+        known = old + len(children)
+        new = made[first[first >= known] - known]
+        children = np.concatenate([children, new[:missing]])
     return children
 
 
 def _tournament(
     population: _Population, shape: tuple[int, int], rng: np.random.Generator
 ) -> np.ndarray:
-    """Winners of random pairs, indices of the given shape: the lower rank, then the larger crowding
-    distance, then either.
+    """Winners of random pairs, indices of the given shape.
+
+    The lower rank wins, then the larger crowding distance, then either.
     """
     rank, crowding = population.rank, population.crowding
     entrants = 2 * math.prod(shape)
@@ -276,8 +277,9 @@ def _tournament(
 
 
 def _crossed(parents: np.ndarray, probability: float, rng: np.random.Generator) -> np.ndarray:
-    """Children (2 n, L) of pairs (n, 2, L), which exchange everything from a random cut on with the
-    probability.
+    """Children (2 n, L) of pairs (n, 2, L).
+
+    With the probability, a pair exchanges everything from a random cut on.
     """
     matings, _, length = parents.shape
     crossing = np.asarray(rng.random(matings) < probability)

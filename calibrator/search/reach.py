@@ -10,7 +10,7 @@ from calibrator.case.problem import Problem
 from calibrator.responses.box import box_sample, corners, refined
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.targets import bands, target_columns
-from calibrator.search.outcome import JointReach, Reachability, TargetReach
+from calibrator.search.parts import JointReach, Reachability, TargetReach
 
 Predict = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -44,8 +44,9 @@ def unreachable(
 
 
 def _target_predictions(problem: Problem, interpolant: Interpolant) -> Predict:
-    """Function from points (n, d) to the predictions of the targets and their misfits in combined
-    standard errors, (n, t).
+    """Function from points (n, d) to the targets' predictions and misfits, both (n, t).
+
+    Misfits are in combined standard errors (see `unreachable`).
     """
     columns = target_columns(problem, interpolant.responses)
     values = np.array([target.value for target in problem.targets])

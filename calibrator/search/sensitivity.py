@@ -1,9 +1,8 @@
-"""What each parameter does to each response over the whole box: Sobol indices of the interpolated
-responses, with intervals.
+"""What each parameter does to each response over the whole box: Sobol indices.
 
-Sobol, Global sensitivity indices for nonlinear mathematical models and their Monte Carlo estimates,
-Math. Comput. Simul. 55 (2001) 271-280; the estimators are scipy's (Saltelli et al., Comput. Phys.
-Commun. 181 (2010) 259-270).
+They are those of the interpolated responses, with intervals. Sobol, Global sensitivity indices for
+nonlinear mathematical models and their Monte Carlo estimates, Math. Comput. Simul. 55 (2001)
+271-280; the estimators are scipy's (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259-270).
 """
 
 from __future__ import annotations
@@ -16,11 +15,11 @@ from scipy.stats import sobol_indices, uniform
 
 from calibrator.case.problem import Problem
 from calibrator.responses.interpolant import Interpolant
-from calibrator.search.outcome import Sensitivity
+from calibrator.search.parts import Sensitivity
 
 SAMPLES = 2**9  # per matrix of Saltelli's scheme: (d + 2) times as many predictions
 
-# of the scheme, each with a Sobol sequence scrambled anew: their scatter is the sampling error
+# Of the scheme, each with a Sobol sequence scrambled anew: their scatter is the sampling error.
 REPEATS = 8
 TWO_SIDED_95 = 1.96
 
@@ -35,11 +34,10 @@ def sensitivity(
     without : interpolants that each lack one of as many equal parts of the parameter sets. Their
         scatter says, as a jackknife, how much the indices owe to the sets that happened to be run;
         without them an interval holds the sampling error only.
+    seed : of the sequences' scrambling
     """
-    (indices, sampling), parts = (
-        _indices(problem, interpolant, seed),
-        [_indices(problem, one, seed)[0] for one in without],
-    )
+    indices, sampling = _indices(problem, interpolant, seed)
+    parts = [_indices(problem, one, seed)[0] for one in without]
     spread = _jackknife(np.array(parts)) if len(parts) > 1 else np.zeros_like(indices)
     first_error, total_error = TWO_SIDED_95 * np.hypot(sampling, spread)
     return Sensitivity(
@@ -73,10 +71,10 @@ def _indices(
 
 
 def _jackknife(parts: np.ndarray) -> np.ndarray:
-    """Standard error of an estimate from its values (k, ...) with each of k parts left out (Tukey's
-    delete-a-group).
+    """Standard error of an estimate from its values (k, ...) with each of k parts left out.
+
+    Tukey's delete-a-group jackknife.
     """
     k = len(parts)
-    return np.asarray(
-        math.sqrt((k - 1) / k) * np.sqrt(((parts - parts.mean(axis=0)) ** 2).sum(axis=0))
-    )
+    squares = ((parts - parts.mean(axis=0)) ** 2).sum(axis=0)
+    return np.asarray(math.sqrt((k - 1) / k) * np.sqrt(squares))

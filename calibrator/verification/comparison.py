@@ -1,4 +1,4 @@
-"""Did YADE give what the interpolant promised, and does either agree with the measurement?"""
+"""Whether YADE gave what was promised, and whether either agrees with the measurement."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from calibrator.case.problem import Target
 from calibrator.responses.targets import bands, met
 from calibrator.runs.record import Record
-from calibrator.search.outcome import Promise
+from calibrator.search.parts import Promise
 from calibrator.verification.outcome import Comparison
 
 
@@ -35,6 +35,7 @@ def compare(
 def _compared(
     target: Target, records: Sequence[Record], promise: Promise | None, noise: float | None
 ) -> Comparison:
+    """One target against the fresh runs of its set-up."""
     own = [r for r in records if r.request.setup == target.setup]
     values = [
         r.responses[target.response]
@@ -67,8 +68,9 @@ def _compared(
 
 
 def _kept(promise: Promise | None, mean: float | None, error: float | None) -> bool | None:
-    """Whether simulation and promise agree within two combined standard errors; None unless both
-    are there.
+    """Whether simulation and promise agree within two combined standard errors.
+
+    None unless both are there.
     """
     if promise is None or mean is None or error is None:
         return None
@@ -76,7 +78,7 @@ def _kept(promise: Promise | None, mean: float | None, error: float | None) -> b
 
 
 def error_o1(targets: Sequence[Target], comparisons: Sequence[Comparison]) -> float | None:
-    """O1 of Eq. (3)-(4) at the mean of the fresh runs; None where a target was not measured."""
+    """O1 at the mean of the fresh runs (Eqs. 3 and 4); None where a target was not measured."""
     errors = [c.relative_error for c in comparisons]
     if any(e is None for e in errors):
         return None

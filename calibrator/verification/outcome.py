@@ -143,6 +143,7 @@ class Validation(Verdict):
 
 
 def _by_label(verdicts: dict[str, Verdict]) -> list[str]:
+    """The lines of all verdicts, each with its candidate."""
     said: list[str] = []
     for label, verdict in verdicts.items():
         first, *others = verdict.lines()

@@ -23,7 +23,8 @@ from calibrator.runs.workspace import (
     made_by,
     silent,
 )
-from calibrator.search.outcome import COMPROMISE, Calibration, Promise, current_calibration
+from calibrator.search.outcome import COMPROMISE, Calibration, current_calibration
+from calibrator.search.parts import Promise
 from calibrator.verification.comparison import compare, error_o1
 from calibrator.verification.outcome import Validation, Verdict, Verification, all_passed
 
@@ -32,7 +33,7 @@ Requests = dict[str, list[Request]]
 
 
 def verification_requests(space: Workspace, calibration: Calibration) -> Requests:
-    """Fresh seeds on the calibration's own set-ups: many for the compromise, a few for the others."""
+    """Fresh seeds on the calibration's own set-ups, most of them for the compromise."""
     case = space.case
     return _requests(space, calibration, case.verify, case.problem.calibration_setups)
 
@@ -47,6 +48,7 @@ def validation_requests(space: Workspace, calibration: Calibration) -> Requests:
 def _requests(
     space: Workspace, calibration: Calibration, settings: Replicates, setups: Sequence[str]
 ) -> Requests:
+    """Fresh seeds on these set-ups by candidate; none for a candidate that gets no replicate."""
     requests = {}
     for index, (label, candidate) in enumerate(calibration.ordered.items()):
         count = settings.replicates if label == COMPROMISE else settings.spread_replicates
@@ -125,6 +127,7 @@ def _verdict(
     promised: Mapping[str, Promise] | None = None,
     noise: Mapping[str, float] | None = None,
 ) -> Verdict:
+    """The verdict on one candidate's fresh runs; promised, noise : see `compare`."""
     comparisons = compare(targets, records, promised, noise)
     shipped = for_new_seeds(space, settings).shipped()
     return Verdict(
@@ -157,6 +160,7 @@ def _rests_on(
     targets: Sequence[Target],
     done: Mapping[str, Sequence[Record]],
 ) -> Fingerprint:
+    """Fingerprint of the calibration, the targets, the settings and the runs."""
     setups = {t.setup: space.case.problem.setups.get(t.setup, {}) for t in targets}
     return fingerprint(
         {

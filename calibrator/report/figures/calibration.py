@@ -1,4 +1,4 @@
-"""Figures of the interpolant, the search, and what the targets say about the parameters."""
+"""Figures of the interpolant, and of what the targets say about the parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from calibrator.report.figures.style import (
     COLUMNS,
     GREEN,
     GREY,
-    INDIVIDUALS,
     INK,
     RED,
     SKY,
@@ -34,7 +33,6 @@ from calibrator.report.figures.style import (
 
 LEVEL_95 = 3.84  # rise of chi2 that bounds 95 % of one parameter
 
-
 # The interpolant
 
 
@@ -44,12 +42,12 @@ class Slice:
 
     Attributes
     ----------
-    label : of the parameter's axis; chosen : its value at the compromise.
-    positions, mean, std : (k,) the interpolant along the line and its standard deviation.
+    label : of the parameter's axis
+    chosen : its value at the compromise
+    positions, mean, std : (k,) the interpolant along the line and its standard deviation
     runs_at, runs_mean, runs_error : (p,) parameter value, mean response and its standard error at
-    the points of the database.
-    nearness : (p,) 0 to 1, how close each of those points lies to the line: distant ones are drawn
-    faint.
+        the points of the database
+    nearness : (p,) 0 to 1, how close each of those points lies to the line: distant ones are faint
     """
 
     label: str
@@ -69,8 +67,8 @@ def slices(panels: Sequence[Slice], label: str, target: float, band: float) -> F
 
     Parameters
     ----------
-    label : axis label of the response; target, band : measured value and half width within which it
-    counts as met.
+    label : axis label of the response
+    target, band : measured value, and half width within which it counts as met
     """
     require_some(panels, "slice", "give one per calibrated parameter")
     figure, axes = panel_grid(len(panels), 2.9, sharey=True)
@@ -105,7 +103,7 @@ def _draw_slice(ax: Axes, panel: Slice, target: float, band: float) -> None:
         linewidth=0,
     )
     ax.plot(panel.positions, panel.mean, color=BLUE, linewidth=1.8)
-    # it may lie on the frame
+    # the line may lie on the frame, and is seen there too
     ax.axvline(panel.chosen, color=RED, linewidth=1.3, linestyle="--", clip_on=False)
     ax.set(xlabel=panel.label, xlim=(panel.positions[0], panel.positions[-1]))
     set_ticks(ax)
@@ -115,8 +113,9 @@ def _draw_slice(ax: Axes, panel: Slice, target: float, band: float) -> None:
 def parity(
     measured: np.ndarray, predicted: np.ndarray, std: np.ndarray, labels: Sequence[str]
 ) -> Figure:
-    """Leave-one-out predictions over simulated means, one panel per response; all arrays (p, m),
-    NaN where there is none.
+    """Leave-one-out predictions over simulated means, one panel per response.
+
+    All arrays are (p, m), NaN where there is none.
     """
     require_some(measured, "cross-validated point", "make runs first")
     figure, axes = panel_grid(len(labels), 3.1)
@@ -144,125 +143,9 @@ def _draw_parity(ax: Axes, measured: np.ndarray, predicted: np.ndarray, std: np.
 
 
 def _rms(measured: np.ndarray, predicted: np.ndarray) -> str:
+    """The root mean square error in words."""
     rms = float(np.sqrt(np.mean((measured - predicted) ** 2)))
     return f"rms error {rms:.2g} ({100 * rms / float(np.mean(np.abs(measured))):.1f} %)"
-
-
-# The search
-
-
-@styled
-def front_evolution(
-    snapshots: Mapping[int, np.ndarray],
-    front: np.ndarray,
-    names: Sequence[str],
-    candidates: Mapping[str, Sequence[float]] | None = None,
-) -> Figure:
-    """The population on its way to the Pareto front, like the paper's Fig. 6.
-
-    Parameters
-    ----------
-    snapshots : generation -> objectives (n, 2) of the whole population; front : (p, 2) the final
-    one.
-    names : axis labels of the two objectives; the first is drawn upwards.
-    candidates : label -> its two objectives, marked in the last panel, which is enlarged to the
-    final population.
-    """
-    require_some(snapshots, "generation", "name generations to keep in the settings of the search")
-    require_some(front, "Pareto front", "run the search first")
-    figure, axes = panel_grid(len(snapshots), 2.7)
-    largest = 1.04 * np.max([found.max(axis=0) for found in snapshots.values()], axis=0)
-    for index, (ax, generation) in enumerate(zip(axes, sorted(snapshots), strict=True)):
-        found = snapshots[generation]
-        require_finite(f"generation {generation}", found)
-        ax.plot(front[:, 1], front[:, 0], color=RED, linewidth=1.2, zorder=3)
-        ax.scatter(found[:, 1], found[:, 0], s=5, color=BLUE, alpha=0.35, linewidth=0)
-        ax.set(
-            title=f"generation {generation}",
-            xlim=(-0.02 * largest[1], largest[1]),
-            ylim=(-0.02 * largest[0], largest[0]),
-        )
-        ax.set(xlabel=names[1], ylabel=names[0] if index % COLUMNS == 0 else "")
-    _enlarge(axes[-1], np.concatenate([front, snapshots[max(snapshots)]]))
-    _mark(axes[-1], candidates or {})
-    entries = {
-        "population": dot_handle(BLUE, markersize=4, alpha=0.6),
-        "final Pareto front": line_handle(RED, width=1.2),
-    }
-    if candidates:
-        entries |= {
-            "individuals": dot_handle(INK),
-            "compromise": dot_handle(RED, "*", markersize=11),
-        }
-    draw_legend(figure, entries)
-    return figure
-
-
-def _enlarge(ax: Axes, points: np.ndarray) -> None:
-    low, high = points.min(axis=0), points.max(axis=0)
-    margin = 0.14 * np.where(high > low, high - low, 1.0)
-    ax.set(
-        xlim=(low[1] - margin[1], high[1] + margin[1]),
-        ylim=(low[0] - margin[0], high[0] + margin[0]),
-    )
-    ax.set_title(f"{ax.get_title(loc='left')}, enlarged")
-
-
-def _mark(ax: Axes, candidates: Mapping[str, Sequence[float]]) -> None:
-    """Letters for the individuals above the front, a star for the compromise."""
-    for label, (up, right, *_) in candidates.items():
-        if label == "compromise":
-            ax.plot(
-                right,
-                up,
-                "*",
-                color=RED,
-                markeredgecolor="white",
-                markeredgewidth=0.6,
-                markersize=13,
-                zorder=6,
-            )
-            continue
-        ax.plot(right, up, "o", color=INK, markersize=5, zorder=5)
-        letter = label.removeprefix("individual ")
-        ax.annotate(
-            letter,
-            (right, up),
-            (5, 5),
-            textcoords="offset points",
-            color=INK,
-            weight="bold",
-            zorder=6,
-        )
-
-
-@styled
-def generational_distance(curves: Sequence[np.ndarray]) -> Figure:
-    """Mean distance of each generation's first front to the last one, each curve (g,); like the
-    paper's Fig. 7.
-    """
-    require_some(curves, "search", "repeat the search once or more")
-    figure, axes = panel_grid(2, 2.9, WIDTH * 0.85)
-    for index, curve in enumerate(curves):
-        distance = np.asarray(curve, float)
-        require_finite("generational distance", distance)
-        generation = np.arange(len(distance))
-        positive = distance > 0  # the last front is the reference itself
-        for ax, part in zip(axes, (distance >= 0, positive), strict=True):
-            ax.plot(
-                generation[part],
-                distance[part],
-                color=INDIVIDUALS[index % 5],
-                linewidth=1.3,
-                label=f"repeat {index + 1}",
-            )
-    for ax, title in zip(axes, ("linear", "logarithmic"), strict=True):
-        ax.set(xlabel="generation", title=title)
-    axes[0].set(ylabel="mean generational distance", ylim=(0, None))
-    axes[0].legend()
-    if any(np.any(np.asarray(curve) > 0) for curve in curves):
-        axes[1].set_yscale("log")
-    return figure
 
 
 # What the targets say about the parameters
@@ -270,8 +153,10 @@ def generational_distance(curves: Sequence[np.ndarray]) -> Figure:
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A parameter's profile: axis label, positions and chi2 (b,), 95 % interval, compromise, and
-    the truth where known.
+    """A parameter's profile.
+
+    label : of its axis; positions, chi2 : (b,); interval : of 95 %; chosen : its value at the
+    compromise; truth : where it is known.
     """
 
     label: str
@@ -284,8 +169,9 @@ class Profile:
 
 @styled
 def profile_likelihood(profiles: Sequence[Profile]) -> Figure:
-    """Rise of chi2 above its minimum along each parameter, the others adapted, with the 95 %
-    interval.
+    """Rise of chi2 above its minimum along each parameter, with the 95 % interval.
+
+    The other parameters are adapted at every position.
     """
     require_some(profiles, "profile", "calibrate first")
     figure, axes = panel_grid(len(profiles), 2.7, sharey=True)
@@ -310,7 +196,7 @@ def _draw_profile(ax: Axes, profile: Profile) -> None:
     ax.plot(profile.positions, profile.chi2 - profile.chi2.min(), color=BLUE, linewidth=1.8)
     ax.axvline(profile.chosen, color=RED, linewidth=1.3, linestyle="--", clip_on=False)
     if profile.truth is not None:
-        # may lie outside the box: then it is not seen
+        # the truth may lie outside the box, and is then not seen
         ax.axvline(profile.truth, color=INK, linewidth=1.8, linestyle=":")
     ax.set(
         xlabel=profile.label,
@@ -324,13 +210,16 @@ def _draw_profile(ax: Axes, profile: Profile) -> None:
 def ridge(
     accepted: np.ndarray, bounds: np.ndarray, labels: Sequence[str], chosen: np.ndarray
 ) -> Figure:
-    """Parameter sets that the targets accept, projected on every pair of parameters: a narrow band
-    is a ridge.
+    """Parameter sets that the targets accept, projected on every pair of parameters.
+
+    A narrow band is a ridge.
 
     Parameters
     ----------
-    accepted : (k, d) sets; bounds : (2, d) the box; labels : d axis labels; chosen : (d,) the
-    compromise.
+    accepted : (k, d) sets
+    bounds : (2, d) the box
+    labels : d axis labels
+    chosen : (d,) the compromise
     """
     require_some(accepted, "accepted parameter set", "calibrate first")
     require_finite("accepted sets", accepted)
@@ -344,31 +233,25 @@ def ridge(
         if column > row:
             ax.remove()
             continue
-        ax.scatter(accepted[:, column], accepted[:, y], s=4, color=BLUE, alpha=0.25, linewidth=0)
-        ax.plot(
-            chosen[column],
-            chosen[y],
-            "*",
-            color=RED,
-            markeredgecolor="white",
-            markersize=12,
-            clip_on=False,
-        )
-        ax.set(xlim=bounds[:, column], ylim=bounds[:, y])
-        ax.set(
-            xlabel=labels[column] if row == last - 1 else "",
-            ylabel=labels[y] if column == 0 else "",
-        )
-        set_ticks(ax, count=4)
-        set_ticks(ax, horizontal=False, count=4)
-    draw_legend(
-        figure,
-        {
-            "accepted by the targets": dot_handle(BLUE, alpha=0.6),
-            "compromise": dot_handle(RED, "*", markersize=11),
-        },
-    )
+        pair = [column, y]
+        _draw_pair(ax, accepted[:, pair], bounds[:, pair], chosen[pair])
+        ax.set_xlabel(labels[column] if row == last - 1 else "")
+        ax.set_ylabel(labels[y] if column == 0 else "")
+    entries = {
+        "accepted by the targets": dot_handle(BLUE, alpha=0.6),
+        "compromise": dot_handle(RED, "*", markersize=11),
+    }
+    draw_legend(figure, entries)
     return figure
+
+
+def _draw_pair(ax: Axes, accepted: np.ndarray, bounds: np.ndarray, chosen: np.ndarray) -> None:
+    """Accepted sets (k, 2) and the compromise (2,) along two parameters."""
+    ax.scatter(accepted[:, 0], accepted[:, 1], s=4, color=BLUE, alpha=0.25, linewidth=0)
+    ax.plot(*chosen, "*", color=RED, markeredgecolor="white", markersize=12, clip_on=False)
+    ax.set(xlim=bounds[:, 0], ylim=bounds[:, 1])
+    set_ticks(ax, count=4)
+    set_ticks(ax, horizontal=False, count=4)
 
 
 @styled
@@ -381,8 +264,9 @@ def sensitivity(
 
     Parameters
     ----------
-    indices : kind of index -> values and half widths of their intervals, both (m, d); labels : m
-    titles; names : d parameters.
+    indices : kind of index -> values and half widths of their intervals, both (m, d)
+    labels : m titles
+    names : d parameters
     """
     require_some(labels, "sensitivity", "calibrate first")
     figure, axes = panel_grid(len(labels), 1.1 + 0.36 * len(names), sharey=True)

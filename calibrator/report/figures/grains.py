@@ -18,13 +18,12 @@ NEAR, FAR = "#EFD3A0", "#7A6A58"  # sand, lit and in the shade
 WALL = "#F1F2F4"
 
 
-# Pictures of grains
-
-
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Grains at one moment: title, centres (n, 3) [m], walls as polylines (k, 2) of x and z [m],
-    scanned surface (k, 2) [m].
+    """Grains at one moment.
+
+    centres : (n, 3) [m]; outline : walls as polylines (k, 2) of x and z [m]; surface : scanned, (k,
+    2) of x and z [m].
     """
 
     title: str
@@ -39,19 +38,17 @@ def packing(scenes: Sequence[Scene], radius: float, cut: bool = False) -> Figure
 
     Parameters
     ----------
-    radius : of the grains [m].
-    cut : show only the grains behind the vertical plane through the axis, y = 0, so that a crater
-    can be seen.
+    radius : of the grains [m]
+    cut : whether only the grains behind the vertical plane through the axis, y = 0, are shown, so
+        that a crater can be seen
     """
     require_some(scenes, "grains", "run a set-up first, its record keeps their positions")
     for scene in scenes:
         require_some(scene.centres, f"grains in {scene.title}", "leave that scene out")
         require_finite(scene.title, scene.centres)
     boxes = [_box(scene, radius) for scene in scenes]
-    widths, height = (
-        [b[1] - b[0] for b in boxes],
-        max(b[3] for b in boxes) - min(b[2] for b in boxes),
-    )
+    widths = [b[1] - b[0] for b in boxes]
+    height = max(b[3] for b in boxes) - min(b[2] for b in boxes)
     scale = min(8.2 / sum(widths), 3.4 / height)
     figure = Figure(figsize=(scale * sum(widths) + 0.9, scale * height + 0.9))
     axes = figure.subplots(
@@ -67,10 +64,8 @@ def _box(scene: Scene, radius: float) -> tuple[float, float, float, float]:
     """Smallest and largest x and z [m] of grains and walls, with a margin."""
     grains = scene.centres[:, [0, 2]]
     corners = np.concatenate([grains - radius, grains + radius, *scene.outline])
-    (left, bottom), (right, top) = (
-        corners.min(axis=0) - 0.6 * radius,
-        corners.max(axis=0) + 0.6 * radius,
-    )
+    left, bottom = corners.min(axis=0) - 0.6 * radius
+    right, top = corners.max(axis=0) + 0.6 * radius
     return float(left), float(right), float(bottom), float(top)
 
 
@@ -82,6 +77,7 @@ def _draw_scene(
     cut: bool,
     scale: float,
 ) -> None:
+    """One panel; box : see `_box`; scale : inches per metre."""
     centres = scene.centres[scene.centres[:, 1] >= 0] if cut else scene.centres
     left, right, bottom, top = (1e3 * edge for edge in box)
     extent = (left, right, bottom, top)
@@ -107,18 +103,17 @@ def _draw_scene(
 def _rendered(
     centres: np.ndarray, radius: float, box: tuple[float, float, float, float], pixel: float
 ) -> np.ndarray:
-    """Picture (h, w, 4) of spheres seen along +y, lit from the upper left; the surface nearest to
-    the eye is drawn.
+    """Picture (h, w, 4) of spheres seen along +y, lit from the upper left.
+
+    The surface nearest to the eye is drawn. pixel : its size [m].
     """
     x = np.arange(box[0] + pixel / 2, box[1], pixel)
     z = np.arange(box[2] + pixel / 2, box[3], pixel)
     depth, shade = np.full((len(z), len(x)), np.inf), np.zeros((len(z), len(x)))
     light = np.array([-0.45, -0.70, 0.55])
     for cx, cy, cz in centres:
-        i, j = (
-            slice(*np.searchsorted(axis, [c - radius, c + radius]))
-            for axis, c in ((z, cz), (x, cx))
-        )
+        i = slice(*np.searchsorted(z, [cz - radius, cz + radius]))
+        j = slice(*np.searchsorted(x, [cx - radius, cx + radius]))
         dx, dz = (x[None, j] - cx) / radius, (z[i, None] - cz) / radius
         bulge = np.sqrt(np.maximum(1 - dx**2 - dz**2, 0))
         surface = np.where(bulge > 0, cy - radius * bulge, np.inf)
@@ -134,9 +129,6 @@ def _coloured(depth: np.ndarray, shade: np.ndarray) -> np.ndarray:
     hit = np.isfinite(depth)
     near, far = (depth[hit].min(), depth[hit].max()) if hit.any() else (0.0, 1.0)
     share = np.where(hit, (depth - near) / max(far - near, 1e-12), 0)[..., None]
-    colour = (
-        (np.array(to_rgb(NEAR)) * (1 - share) + np.array(to_rgb(FAR)) * share)
-        * 1.08
-        * shade[..., None]
-    )
+    sand = np.array(to_rgb(NEAR)) * (1 - share) + np.array(to_rgb(FAR)) * share
+    colour = sand * 1.08 * shade[..., None]
     return np.concatenate([np.clip(colour, 0, 1), hit[..., None]], axis=-1)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -87,10 +87,8 @@ def verification(rows: Sequence[Deviation]) -> Figure:
     One panel per response, one line per candidate.
     """
     require_some(rows, "verified response", "verify first")
-    labels, candidates = (
-        list(dict.fromkeys(r.label for r in rows)),
-        list(dict.fromkeys(r.candidate for r in rows)),
-    )
+    labels = list(dict.fromkeys(r.label for r in rows))
+    candidates = list(dict.fromkeys(r.candidate for r in rows))
     figure, axes = panel_grid(len(labels), 1.3 + 0.34 * len(candidates), sharey=True)
     for ax, label in zip(axes, labels, strict=True):
         own = [r for r in rows if r.label == label]
@@ -99,7 +97,7 @@ def verification(rows: Sequence[Deviation]) -> Figure:
         ax.set(title=label, xlabel="deviation from target [%]")
     axes[0].set_yticks(range(len(candidates)), candidates)
     axes[0].set_ylim(len(candidates) - 0.5, -0.5)
-    entries: dict[str, Any] = {
+    entries: dict[str, Artist] = {
         "simulated ± 2 standard errors": dot_handle(INK),
         "band within which the target counts as met": Patch(color=GREEN, alpha=0.18),
     }
@@ -110,13 +108,12 @@ def verification(rows: Sequence[Deviation]) -> Figure:
 
 
 def _draw_deviations(ax: Axes, rows: Sequence[Deviation], candidates: Sequence[str]) -> None:
+    """One panel: the rows of a response, each at its candidate's place."""
     ax.axvspan(-100 * rows[0].band, 100 * rows[0].band, color=GREEN, alpha=0.18, linewidth=0)
     ax.axvline(0, color=GREEN, linewidth=1)
     for row in rows:
-        place, colour = (
-            candidates.index(row.candidate),
-            (RED if row.candidate == "compromise" else INK),
-        )
+        place = candidates.index(row.candidate)
+        colour = RED if row.candidate == "compromise" else INK
         ax.errorbar(
             100 * row.simulated,
             place,

@@ -1,8 +1,7 @@
-"""Figures: plain functions from arrays to a matplotlib Figure. They never show, never read a file
-and keep no state.
+"""What all figures have in common: plain functions from arrays to a matplotlib Figure.
 
-Inputs are in SI units. Axes that need another scale say so in their label (mm, g); percentages are
-relative errors.
+They never show, never read a file and keep no state. Inputs are in SI units. Axes that need another
+scale say so in their label (mm, g); percentages are relative errors.
 """
 
 from __future__ import annotations
@@ -24,15 +23,8 @@ from matplotlib.ticker import EngFormatter, MaxNLocator
 from calibrator.errors import CalibratorError
 
 # Okabe & Ito, Color Universal Design (2008): told apart with every common colour vision.
-BLUE, RED, GREEN, ORANGE, SKY, PURPLE = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#E69F00",
-    "#56B4E9",
-    "#CC79A7",
-)
-
+BLUE, RED, GREEN = "#0072B2", "#D55E00", "#009E73"
+ORANGE, SKY, PURPLE = "#E69F00", "#56B4E9", "#CC79A7"
 INK, GREY, PALE = "#222222", "#6B7280", "#E5E7EB"
 INDIVIDUALS = (BLUE, SKY, GREEN, ORANGE, PURPLE)
 
@@ -63,6 +55,8 @@ STYLE: dict[Any, Any] = {
 WIDTH = 9.0  # inches of a full-width figure
 COLUMNS = 3  # panels side by side: more would make their text overlap
 P = ParamSpec("P")
+Draw = Callable[[], Figure]
+"""Draws one figure."""
 
 
 @contextlib.contextmanager
@@ -89,7 +83,10 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def png(figure: Figure, dpi: int = 160) -> bytes:
-    """The figure as a PNG file, cropped to what is drawn. Equal figures give equal bytes."""
+    """The figure as a PNG file, cropped to what is drawn.
+
+    Equal figures give equal bytes.
+    """
     stream = io.BytesIO()
     with _house_style():
         figure.savefig(
@@ -106,8 +103,9 @@ def png(figure: Figure, dpi: int = 160) -> bytes:
 def panel_grid(
     count: int, height: float, width: float = WIDTH, **subplots: Any
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with count panels in rows of at most three (of two where that fills the rows);
-    height [in] of one row.
+    """A figure with count panels in rows of at most three, of two where that fills the rows.
+
+    height, width : of one row [in].
     """
     columns = min(count, 2 if count == 4 else COLUMNS)
     rows = math.ceil(count / columns)
@@ -119,11 +117,13 @@ def panel_grid(
 
 
 def require_some(things: Any, what: str, remedy: str) -> None:
+    """Raise CalibratorError, with what to do, where there is nothing to draw."""
     if not len(things):
         raise CalibratorError(f"no {what} to draw: {remedy}")
 
 
 def require_finite(what: str, *arrays: Any) -> None:
+    """Raise CalibratorError where one of the arrays has a value that is not finite."""
     for array in arrays:
         if not np.isfinite(np.asarray(array, float)).all():
             raise CalibratorError(
@@ -132,8 +132,9 @@ def require_finite(what: str, *arrays: Any) -> None:
 
 
 def set_ticks(axes: Axes, horizontal: bool = True, count: int = 5) -> None:
-    """Few round ticks; very large or small numbers with the SI prefix instead of an offset that is
-    easily overlooked.
+    """Few round ticks on one axis.
+
+    Very large or small numbers get the SI prefix instead of an offset that is easily overlooked.
     """
     axis, limits = (axes.xaxis, axes.get_xlim()) if horizontal else (axes.yaxis, axes.get_ylim())
     axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]))
@@ -153,10 +154,12 @@ def draw_legend(figure: Figure, entries: Mapping[str, Any], columns: int = 4) ->
 
 
 def line_handle(colour: str, style: Any = "-", width: float = 1.6) -> Line2D:
+    """A line for the legend."""
     return Line2D([], [], color=colour, linestyle=style, linewidth=width)
 
 
 def dot_handle(colour: str, marker: str = "o", **kwargs: Any) -> Line2D:
+    """A dot for the legend."""
     return Line2D(
         [], [], color=colour, marker=marker, linestyle="none", **{"markersize": 5, **kwargs}
     )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calibrator.report.figures import calibration, grains
+from calibrator.report.figures import calibration, grains, search
 from calibrator.report.figures.runs import Deviation, run_curves, verification
 from calibrator.runs.setups import HOURGLASS, LEDGE
 
@@ -50,13 +50,13 @@ FIGURES = {
     "parity": lambda: calibration.parity(
         *RNG.random((3, 9, 2)), ["bulk density [kg/m³]", "angle [°]"]
     ),
-    "front_evolution": lambda: calibration.front_evolution(
+    "front_evolution": lambda: search.front_evolution(
         {t: RNG.random((30, 2)) for t in (0, 1, 2, 3, 20, 60)},
         np.array([[0.0, 1.0], [0.1, 0.0]]),
         ["O1", "O2"],
         {"individual A": [0.0, 1.0], "compromise": [0.1, 0.0]},
     ),
-    "generational_distance": lambda: calibration.generational_distance(
+    "generational_distance": lambda: search.generational_distance(
         [np.geomspace(1, 1e-4, 20), np.zeros(20)]
     ),
     "profile_likelihood": lambda: calibration.profile_likelihood(
@@ -82,11 +82,11 @@ EMPTY = {
     "parity without predictions": lambda: calibration.parity(
         *np.full((3, 4, 1), np.nan), ["angle [°]"]
     ),
-    "front_evolution": lambda: calibration.front_evolution({}, np.ones((1, 2)), ["O1", "O2"]),
-    "front_evolution without front": lambda: calibration.front_evolution(
+    "front_evolution": lambda: search.front_evolution({}, np.ones((1, 2)), ["O1", "O2"]),
+    "front_evolution without front": lambda: search.front_evolution(
         {0: np.ones((3, 2))}, np.empty((0, 2)), ["O1", "O2"]
     ),
-    "generational_distance": lambda: calibration.generational_distance([]),
+    "generational_distance": lambda: search.generational_distance([]),
     "profile_likelihood": lambda: calibration.profile_likelihood([]),
     "ridge": lambda: calibration.ridge(
         np.empty((0, 2)), np.array([[0.0] * 2, [1.0] * 2]), ["a", "b"], np.zeros(2)

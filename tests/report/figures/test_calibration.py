@@ -1,4 +1,4 @@
-"""Figures of the interpolant and the search."""
+"""Figures of the interpolant."""
 
 import numpy as np
 

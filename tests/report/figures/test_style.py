@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from calibrator.errors import CalibratorError
-from calibrator.report.figures import calibration, grains, style
+from calibrator.report.figures import calibration, grains, search, style
 from calibrator.report.figures.runs import Deviation, run_curves, verification
 from calibrator.runs.setups import HOURGLASS
 from tests.report.figures.drawings import EMPTY, FIGURES, TIME, some_slice
@@ -65,7 +65,7 @@ def test_an_empty_figure_is_refused_with_a_remedy(name):
     [
         lambda: grains.packing([grains.Scene("filled", np.full((2, 3), np.nan))], 1e-3),
         lambda: calibration.slices([some_slice(mean=np.full(21, np.inf))], "angle [°]", 30, 1),
-        lambda: calibration.generational_distance([np.array([1.0, np.nan])]),
+        lambda: search.generational_distance([np.array([1.0, np.nan])]),
         lambda: run_curves({"compromise": [(TIME, TIME * np.nan)]}, HOURGLASS.history),
         lambda: verification([Deviation("compromise", "angle", np.nan, 0.0, None, 0.1)]),
     ],

@@ -1,0 +1,141 @@
+"""Figures of the search: the population on its way, and how the front settles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from calibrator.report.figures.style import (
+    BLUE,
+    COLUMNS,
+    INDIVIDUALS,
+    INK,
+    RED,
+    WIDTH,
+    dot_handle,
+    draw_legend,
+    line_handle,
+    panel_grid,
+    require_finite,
+    require_some,
+    styled,
+)
+
+
+@styled
+def front_evolution(
+    snapshots: Mapping[int, np.ndarray],
+    front: np.ndarray,
+    names: Sequence[str],
+    candidates: Mapping[str, Sequence[float]] | None = None,
+) -> Figure:
+    """The population on its way to the Pareto front, as in Fig. 6 of the paper.
+
+    Parameters
+    ----------
+    snapshots : generation -> objectives (n, 2) of the whole population
+    front : (p, 2) the final one
+    names : axis labels of the two objectives; the first is drawn upwards
+    candidates : label -> its two objectives, marked in the last panel, which is enlarged to the
+        final population
+    """
+    require_some(snapshots, "generation", "name generations to keep in the settings of the search")
+    require_some(front, "Pareto front", "run the search first")
+    figure, axes = panel_grid(len(snapshots), 2.7)
+    largest = 1.04 * np.max([found.max(axis=0) for found in snapshots.values()], axis=0)
+    for index, (ax, generation) in enumerate(zip(axes, sorted(snapshots), strict=True)):
+        found = snapshots[generation]
+        require_finite(f"generation {generation}", found)
+        ax.plot(front[:, 1], front[:, 0], color=RED, linewidth=1.2, zorder=3)
+        ax.scatter(found[:, 1], found[:, 0], s=5, color=BLUE, alpha=0.35, linewidth=0)
+        ax.set(
+            title=f"generation {generation}",
+            xlim=(-0.02 * largest[1], largest[1]),
+            ylim=(-0.02 * largest[0], largest[0]),
+        )
+        ax.set(xlabel=names[1], ylabel=names[0] if index % COLUMNS == 0 else "")
+    _enlarge(axes[-1], np.concatenate([front, snapshots[max(snapshots)]]))
+    _mark(axes[-1], candidates or {})
+    entries = {
+        "population": dot_handle(BLUE, markersize=4, alpha=0.6),
+        "final Pareto front": line_handle(RED, width=1.2),
+    }
+    if candidates:
+        entries |= {
+            "individuals": dot_handle(INK),
+            "compromise": dot_handle(RED, "*", markersize=11),
+        }
+    draw_legend(figure, entries)
+    return figure
+
+
+def _enlarge(ax: Axes, points: np.ndarray) -> None:
+    """Let the panel show these points (n, 2) alone."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.14 * np.where(high > low, high - low, 1.0)
+    ax.set(
+        xlim=(low[1] - margin[1], high[1] + margin[1]),
+        ylim=(low[0] - margin[0], high[0] + margin[0]),
+    )
+    ax.set_title(f"{ax.get_title(loc='left')}, enlarged")
+
+
+def _mark(ax: Axes, candidates: Mapping[str, Sequence[float]]) -> None:
+    """Letters for the individuals above the front, a star for the compromise."""
+    for label, (up, right, *_) in candidates.items():
+        if label == "compromise":
+            ax.plot(
+                right,
+                up,
+                "*",
+                color=RED,
+                markeredgecolor="white",
+                markeredgewidth=0.6,
+                markersize=13,
+                zorder=6,
+            )
+            continue
+        ax.plot(right, up, "o", color=INK, markersize=5, zorder=5)
+        letter = label.removeprefix("individual ")
+        ax.annotate(
+            letter,
+            (right, up),
+            (5, 5),
+            textcoords="offset points",
+            color=INK,
+            weight="bold",
+            zorder=6,
+        )
+
+
+@styled
+def generational_distance(curves: Sequence[np.ndarray]) -> Figure:
+    """Mean distance of each generation's first front to the last one, as in Fig. 7 of the paper.
+
+    curves : one (g,) per search.
+    """
+    require_some(curves, "search", "repeat the search once or more")
+    figure, axes = panel_grid(2, 2.9, WIDTH * 0.85)
+    for index, curve in enumerate(curves):
+        distance = np.asarray(curve, float)
+        require_finite("generational distance", distance)
+        generation = np.arange(len(distance))
+        positive = distance > 0  # the last front is the reference itself
+        for ax, part in zip(axes, (distance >= 0, positive), strict=True):
+            ax.plot(
+                generation[part],
+                distance[part],
+                color=INDIVIDUALS[index % 5],
+                linewidth=1.3,
+                label=f"repeat {index + 1}",
+            )
+    for ax, title in zip(axes, ("linear", "logarithmic"), strict=True):
+        ax.set(xlabel="generation", title=title)
+    axes[0].set(ylabel="mean generational distance", ylim=(0, None))
+    axes[0].legend()
+    if any(np.any(np.asarray(curve) > 0) for curve in curves):
+        axes[1].set_yscale("log")
+    return figure
