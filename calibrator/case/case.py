@@ -41,7 +41,7 @@ class Case:
     interpolation: Interpolation = field(default_factory=Interpolation)
     search: Search = field(default_factory=Search)
     verify: Replicates = field(default_factory=Replicates)
-    validate: Validation = field(default_factory=lambda: Validation(3, spread_replicates=0))
+    validate: Validation = field(default_factory=Validation)
     run: Running = field(default_factory=Running)
     cluster: Cluster = field(default_factory=Cluster)
     truth: dict[str, float] = field(default_factory=dict)

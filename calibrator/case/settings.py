@@ -126,9 +126,11 @@ class Replicates:
 
 @dataclass(frozen=True)
 class Validation(Replicates):
-    """Fresh seeds for validation, which are none of the verification's."""
+    """Fresh seeds for validation, which are none of the verification's; see `Replicates`."""
 
+    replicates: int = 3
     seed: int = 600_000
+    spread_replicates: int = 0
 
 
 @dataclass(frozen=True)

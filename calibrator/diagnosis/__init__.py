@@ -1,4 +1,4 @@
-"""The missing effect: is there a gap, which effect explains it, and does it go away?
+"""The missing effect: whether there is a gap, what explains it, and whether it goes away.
 
 experiments   set-ups under conditions, and the runs that imitate them
 observed      records, averages and the covariance of the measurements

@@ -1,4 +1,4 @@
-"""Fresh YADE runs at the explanations of a gap: does it go away?
+"""Fresh YADE runs at the explanations of a gap: whether it goes away.
 
 The surfaces of a wrong effect can bend where no run has been made, so that it explains what they
 see of the data, and yet not the data. Runs at its best parameters, with new seeds, tell.

@@ -1,4 +1,4 @@
-"""The verb `diagnose`: is there a gap, where, which effect explains it, and does it go away?"""
+"""The verb `diagnose`: a gap, where it is, which effect explains it, and whether it goes away."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is there a gap between simulation and measurement, and which effect points along it?
+"""Whether simulation and measurement differ, and which effect points along the gap.
 
 Plain linear algebra on arrays. A residual r (n,) of n observables, its covariance V (n, n) and the
 sensitivity J (n, d) of the observables to the d calibrated parameters come in. Whatever
@@ -96,7 +96,7 @@ class Fingerprints:
 
     @property
     def lengths(self) -> np.ndarray:
-        """g (k,): standard errors per unit amplitude that an effect moves the residual."""
+        """Standard errors (k,) per unit amplitude that an effect moves the residual: g."""
         return np.asarray(np.linalg.norm(self.columns, axis=0))
 
     @property

@@ -37,7 +37,7 @@ NONE = "none"  # the explanation without any effect
 
 @dataclass(frozen=True)
 class Rule:
-    """Thresholds of the verdict; benchmarks/hidden_effect.py measures what they lead to.
+    """Thresholds of the verdict; tests/campaigns/hidden/campaign.py measures what they lead to.
 
     A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit
     is adequate, a posterior of at least `posterior`, no rival within `lead` of its deviance (6:

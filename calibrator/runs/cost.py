@@ -12,7 +12,7 @@ from calibrator.runs.setups import particles, steps
 
 PARTICLE_STEPS_PER_SECOND = 1.9e6
 """Particle-steps a second and core: grains at the start times steps, measured on 1,400 of them by
-benchmarks/rate.py.
+benchmarks/runs/rate.py.
 """
 
 

@@ -62,16 +62,15 @@ class Workspace:
         return RunFolder(self.path)
 
     def shipped(self) -> Database:
-        """The database that may serve as a start; empty where none is named, or where fresh runs
-        were asked for.
+        """The database that may serve as a start.
+
+        Empty where none is named, or where fresh runs were asked for.
         """
         path = self.case.shipped
         return Database() if path is None or self.fresh else Database.read(path)
 
     def finished(self, requests: Sequence[Request]) -> list[Record]:
-        """Finished runs of these requests: done here, or of the same content in the shipped
-        database.
-        """
+        """Finished runs of these requests: done here, or shipped with the same content."""
         here = {r.run_id: r for r in gather(self.runs, requests)}
         there = self.shipped().records
         return [
@@ -157,6 +156,7 @@ def _seal(summary: dict[str, Any]) -> str:
 
 
 def without(requests: Sequence[Request], records: Sequence[Record]) -> list[Request]:
+    """The requests that these records do not answer."""
     finished = {r.run_id for r in records}
     return [r for r in requests if r.run_id not in finished]
 
@@ -224,12 +224,14 @@ def contents(records: Sequence[Record]) -> list[tuple[str, str, dict[str, float]
 
 
 def for_new_seeds(space: Workspace, settings: Replicates | Diagnosis) -> Workspace:
-    """The workspace of a verification, validation or diagnosis: it starts from nothing but the runs
-    shipped for that.
+    """The workspace of a verification, validation or diagnosis.
+
+    It starts from nothing but the runs shipped for that.
     """
     running = dataclasses.replace(space.case.run, shipped=settings.shipped)
     return dataclasses.replace(space, case=dataclasses.replace(space.case, run=running))
 
 
 def made_by(space: Workspace, verb: str) -> str:
+    """What a database says of its origin."""
     return f"case {space.case.name}; calibrator {verb} {space.case.path.name}"
