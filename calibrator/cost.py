@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from calibrator.objectives import rayleigh_time
+from calibrator.quantities import PARAMETERS
 from calibrator.records import Record
 from calibrator.table import Request
 
@@ -60,12 +61,17 @@ def time_step(p: Mapping[str, float]) -> float:
 
 
 def contact_time(p: Mapping[str, float]) -> float:
-    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact under five grain weights: yade_scripts/material.py."""
+    """Time sqrt(I/k) [s] of a grain on the springs of a contact under five grain weights.
+
+    k is the mean of what the shear and the rolling spring turn it by: yade_scripts/material.py.
+    """
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
     mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
     overlap = (5 * mass * GRAVITY / (4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2))) ** (2 / 3)
     shear = 8 * young / (2 * (1 + poisson)) / (2 * (2 - poisson)) * math.sqrt(radius / 2 * overlap)
-    return math.sqrt(0.4 * mass * radius**2 / (4 * shear * (radius / 2) ** 2))
+    default = PARAMETERS["rolling_stiffness_ratio"].default
+    ratio = 0.5 * (4.0 + p.get("rolling_stiffness_ratio", default))  # type: ignore[operator]
+    return math.sqrt(0.4 * mass * radius**2 / (ratio * shear * (radius / 2) ** 2))
 
 
 def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -> np.ndarray:
