@@ -1,0 +1,287 @@
+"""What the stiffness of the rolling spring does to heaps, slopes and discharges, and where other
+engines stand.
+
+    python -m benchmarks.rolling_stiffness run       YADE's runs, an hour of one core, resumable;
+                                                     a number after it: so many at a time
+    python -m benchmarks.rolling_stiffness engines   LIGGGHTS' and LAMMPS' runs, a quarter of an
+                                                     hour, resumable
+    python -m benchmarks.rolling_stiffness judge     compares what there is
+
+"run" writes grid/rolling_stiffness.csv, "engines" grid/rolling_stiffness_engines.csv, and "judge"
+benchmarks/results/rolling_stiffness.json. YADE's spring is rolling_stiffness_ratio times
+k_t R_eff^2 under five grain weights; LIGGGHTS' epsd2 is k_t R_eff^2 under the load of the moment;
+LAMMPS' sds is constant like YADE's. Set-ups and grains are those of cases/missing_effect.toml, the
+hourglass with its wide neck, which rough grains clog less often. A p value is that of a t or F test
+with the variance between seeds pooled over all samples of a response.
+"""
+
+import csv
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from scipy import stats
+
+from benchmarks.common import rounded, write
+from benchmarks.rolling_engines import checked_on_one_grain, run_engine
+from calibrator.case import read_case
+from calibrator.cli import ProgressBar
+from calibrator.database import Database
+from calibrator.records import Record
+from calibrator.runner import RunFolder, gather, run
+from calibrator.table import Request
+
+REPO = Path(__file__).resolve().parent.parent
+FOLDER = RunFolder(REPO / "results" / "rolling_stiffness")
+SHIPPED = REPO / "grid" / "rolling_stiffness.csv"
+ENGINES = REPO / "grid" / "rolling_stiffness_engines.csv"
+COMMAND = "python -m benchmarks.rolling_stiffness"
+RATIOS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+FIRST = (1.0, 4.0, 16.0)  # of ledge and hourglass: made before the others
+PAIRS = ((0.1, 0.3), (0.2, 0.5), (0.3, 0.5), (0.4, 0.7))  # rolling and sliding friction
+SEEDS = tuple(range(850_001, 850_006))
+WIDE_NECK = 18e-3
+RESPONSES = {
+    "conical_pile": ("pile_equivalent_angle_deg", "pile_angle_of_repose_deg", "bulk_density"),
+    "ledge": ("ledge_equivalent_angle_deg", "ledge_angle_of_repose_deg", "bulk_density"),
+    "hourglass": ("drained_equivalent_angle_deg", "mass_flow_rate", "bulk_density"),
+}
+LAMMPS_RATIOS = (1.0, 4.0)
+COLUMNS = ("engine", "setup", "rolling_friction", "sliding_friction", "ratio", "seed", "status")
+Samples = dict[tuple[float, float], dict[str, np.ndarray]]
+"""{friction pair: {label of a sample: values of the seeds}}"""
+
+
+def parameters(setup: str, pair: tuple[float, float], seed: int) -> dict:
+    """Everything of a run but the rolling stiffness."""
+    problem = read_case(REPO / "cases" / "missing_effect.toml").problem
+    shape = {**problem.fixed, **problem.setups[setup]}
+    if setup == "hourglass":
+        shape["neck_diameter"] = WIDE_NECK
+    return {**shape, "rolling_friction": pair[0], "sliding_friction": pair[1], "seed": seed}
+
+
+def request(setup: str, pair: tuple[float, float], ratio: float, seed: int) -> Request:
+    """One run of YADE."""
+    return Request.of(setup, **parameters(setup, pair, seed), rolling_stiffness_ratio=ratio)
+
+
+def blocks() -> list[list[Request]]:
+    """All runs, in the order in which they are made: what there is can be judged at any time."""
+    order = [("conical_pile", s, RATIOS) for s in SEEDS]
+    for ratios in (FIRST, tuple(r for r in RATIOS if r not in FIRST)):
+        order += [(name, s, ratios) for s in SEEDS for name in ("ledge", "hourglass")]
+    return [[request(name, p, r, s) for p in PAIRS for r in rs] for name, s, rs in order]
+
+
+def finished() -> list[Record]:
+    """YADE's runs, shipped or made here."""
+    wanted = [r for block in blocks() for r in block]
+    shipped = Database.read(SHIPPED).find(wanted) if SHIPPED.exists() else []
+    return list({r.run_id: r for r in [*shipped, *gather(FOLDER, wanted)]}.values())
+
+
+def run_yade(jobs: int) -> None:
+    """Make what is missing, a block at a time."""
+    known = {r.run_id for r in finished()}
+    for block in blocks():
+        missing = [r for r in block if r.run_id not in known]
+        if missing:
+            run(FOLDER, missing, jobs=jobs, report=ProgressBar(sys.stderr))
+            Database(finished()).write(SHIPPED, f"{COMMAND} run")
+
+
+def engine_runs() -> list[tuple[str, str, tuple[float, float], float, int]]:
+    """Engine, set-up, friction pair, ratio and seed of every run, in the order they are made."""
+    heaps = [("LIGGGHTS", "conical_pile", p, 1.0, s) for s in SEEDS for p in PAIRS]
+    heaps += [
+        ("LAMMPS", "conical_pile", p, r, s) for r in LAMMPS_RATIOS for s in SEEDS for p in PAIRS
+    ]
+    others = [
+        ("LIGGGHTS", n, p, 1.0, s) for s in SEEDS for n in ("ledge", "hourglass") for p in PAIRS
+    ]
+    return heaps + others
+
+
+def engine_rows() -> list[dict[str, str]]:
+    """What the engines have measured so far."""
+    if not ENGINES.exists():
+        return []
+    with open(ENGINES) as stream:
+        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+
+
+def run_engines() -> None:
+    """Make what is missing; the table is written after each run."""
+    rows = engine_rows()
+    names = sorted({n for own in RESPONSES.values() for n in own})
+    done = {tuple(row[c] for c in COLUMNS[:-1]) for row in rows}
+    for engine, setup, pair, ratio, seed in engine_runs():
+        key = (engine, setup, str(pair[0]), str(pair[1]), str(ratio), str(seed))
+        if key in done:
+            continue
+        folder = FOLDER.path / "engines" / "_".join(key)
+        found = run_engine(engine, folder, setup, parameters(setup, pair, seed), ratio)
+        print(*key, found["status"], found["at_rest"], found["lost"], flush=True)
+        values = {n: repr(float(found["responses"][n])) for n in names if n in found["responses"]}
+        row = {**dict(zip(COLUMNS, (*key, found["status"]), strict=True)), **values}
+        rows.append({**row, "at_rest": str(found["at_rest"]), "lost": str(found["lost"])})
+        with open(ENGINES, "w", newline="") as stream:
+            stream.write(f"# {COMMAND} engines; angles [deg], density [kg/m3], rate [kg/s]\n")
+            fields = [*COLUMNS, "at_rest", "lost", *names]
+            table = csv.DictWriter(stream, fields, restval="", lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+
+
+def samples(setup: str, response: str) -> Samples:
+    """Values of the runs that have the response: YADE's under their ratio, the engines' under
+    their name, LAMMPS' with its ratio."""
+    rows: list[tuple[tuple[float, float], str, float]] = []
+    for r in finished():
+        if r.request.setup == setup and response in r.responses and r.status == "ok":
+            pair = (r.request.value("rolling_friction"), r.request.value("sliding_friction"))
+            ratio = r.request.value("rolling_stiffness_ratio")
+            rows.append((pair, f"{ratio:g}", r.responses[response]))
+    for row in engine_rows():
+        if row["setup"] == setup and row["status"] == "ok" and row[response]:
+            pair = (float(row["rolling_friction"]), float(row["sliding_friction"]))
+            lammps = f" {float(row['ratio']):g}" if row["engine"] == "LAMMPS" else ""
+            rows.append((pair, row["engine"] + lammps, float(row[response])))
+    labels = [*(f"{r:g}" for r in RATIOS), "LIGGGHTS", *(f"LAMMPS {r:g}" for r in LAMMPS_RATIOS)]
+    found: Samples = {}
+    for pair in PAIRS:
+        values = {
+            n: np.array([v for p, label, v in rows if (p, label) == (pair, n)]) for n in labels
+        }
+        found[pair] = {n: v for n, v in values.items() if len(v) > 1}
+    return found
+
+
+def pooled(all_: Samples) -> tuple[float, int]:
+    """Variance between seeds and its degrees of freedom, over all samples."""
+    own = [v for by_label in all_.values() for v in by_label.values()]
+    freedom = sum(len(v) - 1 for v in own)
+    return sum(float(v.var(ddof=1)) * (len(v) - 1) for v in own) / freedom, freedom
+
+
+def difference(all_: Samples, one: str, other: str) -> dict | None:
+    """Mean over the friction pairs of sample `one` minus sample `other`, and two p values: of a
+    shift that all pairs share, and of any difference in any pair."""
+    both = [v for v in all_.values() if one in v and other in v]
+    if not both:
+        return None
+    variance, freedom = pooled(all_)
+    gaps = np.array([v[one].mean() - v[other].mean() for v in both])
+    errors = np.array([(variance * (1 / len(v[one]) + 1 / len(v[other]))) ** 0.5 for v in both])
+    mean, error = gaps.mean(), float(np.sqrt((errors**2).sum())) / len(gaps)
+    statistic = float(((gaps / errors) ** 2).mean())
+    return {
+        "mean": rounded(mean, 3),
+        "standard_error": rounded(error, 2),
+        "by_pair": [rounded(g, 3) for g in gaps],
+        "p_shift": rounded(2 * stats.t.sf(abs(mean / error), freedom), 2),
+        "p_any": rounded(stats.f.sf(statistic, len(gaps), freedom), 2),
+    }
+
+
+def trend(all_: Samples, ratios: Iterable[float]) -> dict:
+    """Change of the response per doubling of the ratio: one slope for all pairs, each with a level
+    of its own, and the slope of each pair. A plateau is a range of ratios without a trend."""
+    variance, freedom = pooled(all_)
+    top = bottom = 0.0
+    slopes = {}
+    for pair, own in all_.items():
+        points = [(np.log2(r), v) for r in ratios for v in own.get(f"{r:g}", ())]
+        x, y = np.array(points).reshape(-1, 2).T
+        x = x - x.mean()
+        slope, error = (x @ y) / (x @ x), (variance / (x @ x)) ** 0.5
+        slopes[name_of(pair)] = {"slope": rounded(slope, 3), "p": two_sided(slope / error, freedom)}
+        top, bottom = top + float(x @ y), bottom + float(x @ x)
+    slope, error = top / bottom, (variance / bottom) ** 0.5
+    common = {"slope": rounded(slope, 3), "standard_error": rounded(error, 2)}
+    return {**common, "p": two_sided(slope / error, freedom), "pairs": slopes}
+
+
+def two_sided(t: float, freedom: int) -> float:
+    """p value of Student's t."""
+    return rounded(2 * stats.t.sf(abs(t), freedom), 2)
+
+
+def name_of(pair: tuple[float, float]) -> str:
+    """Friction pair as a key."""
+    return f"mu_r {pair[0]:g}, mu_s {pair[1]:g}"
+
+
+def verdict(all_: Samples) -> dict:
+    """Table of one response, its trends, and its distance from the engines."""
+    table = {}
+    for pair, own in all_.items():
+        table[name_of(pair)] = {
+            label: {
+                "mean": rounded(v.mean()),
+                "standard_error": rounded(v.std(ddof=1) / len(v) ** 0.5, 2),
+                "runs": len(v),
+            }
+            for label, v in own.items()
+        }
+    found = {"table": table, "per_doubling": {}}
+    there = [r for r in RATIOS if any(f"{r:g}" in own for own in all_.values())]
+    for low, high in ((0.5, 16.0), (0.5, 4.0), (1.0, 4.0), (2.0, 16.0), (4.0, 16.0)):
+        within = [r for r in there if low <= r <= high]
+        if len(within) > 1:
+            found["per_doubling"][f"{low:g} to {high:g}"] = trend(all_, within)
+    for name in ("LIGGGHTS", *(f"LAMMPS {r:g}" for r in LAMMPS_RATIOS)):
+        gaps = {f"{r:g}": difference(all_, f"{r:g}", name) for r in there}
+        gaps = {r: g for r, g in gaps.items() if g}
+        if gaps:
+            nearest = min(gaps, key=lambda r: abs(gaps[r]["mean"]))
+            agree = [r for r, g in gaps.items() if g["p_any"] > 0.05]
+            found[f"YADE minus {name}"] = {**gaps, "nearest": nearest, "not_told_apart": agree}
+    apart = difference(all_, "LAMMPS 4", "LAMMPS 1")
+    return {**found, **({"LAMMPS 4 minus LAMMPS 1": apart} if apart else {})}
+
+
+def counts() -> dict:
+    """How many runs ended how."""
+    ends: dict[str, dict[str, int]] = {}
+    for r in finished():
+        label = f"YADE {r.request.value('rolling_stiffness_ratio'):g} {r.request.setup}"
+        ends.setdefault(label, {}).setdefault(r.status, 0)
+        ends[label][r.status] += 1
+    for row in engine_rows():
+        label = f"{row['engine']} {float(row['ratio']):g} {row['setup']}"
+        status = row["status"] if row["at_rest"] == "True" else "not at rest"
+        ends.setdefault(label, {}).setdefault(status, 0)
+        ends[label][status] += 1
+    return dict(sorted(ends.items()))
+
+
+def judge() -> None:
+    """Compare what there is."""
+    checks = FOLDER.path / "engines" / "one_grain"
+    kinds = [("LIGGGHTS", 1.0), *(("LAMMPS", r) for r in LAMMPS_RATIOS)]
+    single = [checked_on_one_grain(engine, checks, ratio) for engine, ratio in kinds]
+    found = {}
+    for setup, names in RESPONSES.items():
+        for name in names:
+            all_ = samples(setup, name)
+            if any(all_.values()):
+                found[f"{setup}.{name}"] = verdict(all_)
+    write("rolling_stiffness", {"one_grain": single, "ends": counts(), "responses": found})
+
+
+def main() -> None:
+    """One of the steps."""
+    step, *jobs = sys.argv[1:]
+    if step == "run":
+        run_yade(int(jobs[0]) if jobs else 0)
+    elif step == "engines":
+        run_engines()
+    else:
+        judge()
+
+
+if __name__ == "__main__":
+    main()
