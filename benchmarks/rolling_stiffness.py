@@ -24,10 +24,12 @@ import numpy as np
 from scipy import stats
 
 from benchmarks.common import rounded, write
-from benchmarks.rolling_engines import checked_on_one_grain, run_engine
+from benchmarks.rolling_engines import SHEAR, checked_on_one_grain, run_engine
 from calibrator.case import read_case
 from calibrator.cli import ProgressBar
+from calibrator.cost import time_step
 from calibrator.database import Database
+from calibrator.problem import is_number
 from calibrator.records import Record
 from calibrator.runner import RunFolder, gather, run
 from calibrator.table import Request
@@ -41,6 +43,7 @@ RATIOS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 FIRST = (1.0, 4.0, 16.0)  # of ledge and hourglass: made before the others
 PAIRS = ((0.1, 0.3), (0.2, 0.5), (0.3, 0.5), (0.4, 0.7))  # rolling and sliding friction
 SEEDS = tuple(range(850_001, 850_006))
+CONTROL = (1.0, 4.0)  # heaps of the roughest grains once more with the small step of the stiffest
 WIDE_NECK = 18e-3
 RESPONSES = {
     "conical_pile": ("pile_equivalent_angle_deg", "pile_angle_of_repose_deg", "bulk_density"),
@@ -49,6 +52,7 @@ RESPONSES = {
 }
 LAMMPS_RATIOS = (1.0, 4.0)
 COLUMNS = ("engine", "setup", "rolling_friction", "sliding_friction", "ratio", "seed", "status")
+OTHERS = ("LIGGGHTS", *(f"{engine} {r:g}" for engine in SHEAR for r in LAMMPS_RATIOS))
 Samples = dict[tuple[float, float], dict[str, np.ndarray]]
 """{friction pair: {label of a sample: values of the seeds}}"""
 
@@ -62,9 +66,17 @@ def parameters(setup: str, pair: tuple[float, float], seed: int) -> dict:
     return {**shape, "rolling_friction": pair[0], "sliding_friction": pair[1], "seed": seed}
 
 
-def request(setup: str, pair: tuple[float, float], ratio: float, seed: int) -> Request:
-    """One run of YADE."""
-    return Request.of(setup, **parameters(setup, pair, seed), rolling_stiffness_ratio=ratio)
+def request(
+    setup: str, pair: tuple[float, float], ratio: float, seed: int, step_of: float = 0.0
+) -> Request:
+    """One run of YADE; step_of : the ratio whose time step it takes instead of its own."""
+    own = parameters(setup, pair, seed)
+    if step_of:
+        numbers = {
+            n: float(v) for n, v in Request.of(setup, **own).parameters.items() if is_number(v)
+        }
+        own["time_step"] = time_step({**numbers, "rolling_stiffness_ratio": step_of})
+    return Request.of(setup, **own, rolling_stiffness_ratio=ratio)
 
 
 def blocks() -> list[list[Request]]:
@@ -72,7 +84,13 @@ def blocks() -> list[list[Request]]:
     order = [("conical_pile", s, RATIOS) for s in SEEDS]
     for ratios in (FIRST, tuple(r for r in RATIOS if r not in FIRST)):
         order += [(name, s, ratios) for s in SEEDS for name in ("ledge", "hourglass")]
-    return [[request(name, p, r, s) for p in PAIRS for r in rs] for name, s, rs in order]
+    found = [[request(name, p, r, s) for p in PAIRS for r in rs] for name, s, rs in order]
+    rough = PAIRS[-1]
+    found.insert(
+        len(SEEDS),
+        [request("conical_pile", rough, r, s, RATIOS[-1]) for r in CONTROL for s in SEEDS],
+    )
+    return found
 
 
 def finished() -> list[Record]:
@@ -94,14 +112,15 @@ def run_yade(jobs: int) -> None:
 
 def engine_runs() -> list[tuple[str, str, tuple[float, float], float, int]]:
     """Engine, set-up, friction pair, ratio and seed of every run, in the order they are made."""
-    heaps = [("LIGGGHTS", "conical_pile", p, 1.0, s) for s in SEEDS for p in PAIRS]
-    heaps += [
-        ("LAMMPS", "conical_pile", p, r, s) for r in LAMMPS_RATIOS for s in SEEDS for p in PAIRS
+    kinds = [("LIGGGHTS", "conical_pile", 1.0), ("LIGGGHTS", None, 1.0)]
+    kinds += [(engine, "conical_pile", ratio) for engine in SHEAR for ratio in LAMMPS_RATIOS]
+    return [
+        (engine, name, pair, ratio, seed)
+        for engine, setup, ratio in kinds
+        for seed in SEEDS
+        for name in ([setup] if setup else ["ledge", "hourglass"])
+        for pair in PAIRS
     ]
-    others = [
-        ("LIGGGHTS", n, p, 1.0, s) for s in SEEDS for n in ("ledge", "hourglass") for p in PAIRS
-    ]
-    return heaps + others
 
 
 def engine_rows() -> list[dict[str, str]]:
@@ -121,7 +140,7 @@ def run_engines() -> None:
         key = (engine, setup, str(pair[0]), str(pair[1]), str(ratio), str(seed))
         if key in done:
             continue
-        folder = FOLDER.path / "engines" / "_".join(key)
+        folder = FOLDER.path / "engines" / "_".join(key).replace(" ", "_")
         found = run_engine(engine, folder, setup, parameters(setup, pair, seed), ratio)
         print(*key, found["status"], found["at_rest"], found["lost"], flush=True)
         values = {n: repr(float(found["responses"][n])) for n in names if n in found["responses"]}
@@ -135,6 +154,11 @@ def run_engines() -> None:
             table.writerows(rows)
 
 
+def label_of(engine: str, ratio: float) -> str:
+    """Name of a sample: LIGGGHTS has one rolling spring only."""
+    return engine if engine == "LIGGGHTS" else f"{engine} {ratio:g}"
+
+
 def samples(setup: str, response: str) -> Samples:
     """Values of the runs that have the response: YADE's under their ratio, the engines' under
     their name, LAMMPS' with its ratio."""
@@ -143,13 +167,13 @@ def samples(setup: str, response: str) -> Samples:
         if r.request.setup == setup and response in r.responses and r.status == "ok":
             pair = (r.request.value("rolling_friction"), r.request.value("sliding_friction"))
             ratio = r.request.value("rolling_stiffness_ratio")
-            rows.append((pair, f"{ratio:g}", r.responses[response]))
+            step = " small step" if r.request.value("time_step") else ""
+            rows.append((pair, f"{ratio:g}{step}", r.responses[response]))
     for row in engine_rows():
         if row["setup"] == setup and row["status"] == "ok" and row[response]:
             pair = (float(row["rolling_friction"]), float(row["sliding_friction"]))
-            lammps = f" {float(row['ratio']):g}" if row["engine"] == "LAMMPS" else ""
-            rows.append((pair, row["engine"] + lammps, float(row[response])))
-    labels = [*(f"{r:g}" for r in RATIOS), "LIGGGHTS", *(f"LAMMPS {r:g}" for r in LAMMPS_RATIOS)]
+            rows.append((pair, label_of(row["engine"], float(row["ratio"])), float(row[response])))
+    labels = [*(f"{r:g}" for r in RATIOS), *(f"{r:g} small step" for r in CONTROL), *OTHERS]
     found: Samples = {}
     for pair in PAIRS:
         values = {
@@ -232,15 +256,19 @@ def verdict(all_: Samples) -> dict:
         within = [r for r in there if low <= r <= high]
         if len(within) > 1:
             found["per_doubling"][f"{low:g} to {high:g}"] = trend(all_, within)
-    for name in ("LIGGGHTS", *(f"LAMMPS {r:g}" for r in LAMMPS_RATIOS)):
+    for name in OTHERS:
         gaps = {f"{r:g}": difference(all_, f"{r:g}", name) for r in there}
         gaps = {r: g for r, g in gaps.items() if g}
         if gaps:
             nearest = min(gaps, key=lambda r: abs(gaps[r]["mean"]))
             agree = [r for r, g in gaps.items() if g["p_any"] > 0.05]
             found[f"YADE minus {name}"] = {**gaps, "nearest": nearest, "not_told_apart": agree}
-    apart = difference(all_, "LAMMPS 4", "LAMMPS 1")
-    return {**found, **({"LAMMPS 4 minus LAMMPS 1": apart} if apart else {})}
+    twins = [(f"{engine} 4", f"{engine} 1") for engine in SHEAR]
+    twins += [("16", "4"), *((f"{r:g} small step", f"{r:g}") for r in CONTROL)]
+    for one, other in twins:
+        apart = difference(all_, one, other)
+        found |= {f"{one} minus {other}": apart} if apart else {}
+    return found
 
 
 def counts() -> dict:
@@ -261,7 +289,7 @@ def counts() -> dict:
 def judge() -> None:
     """Compare what there is."""
     checks = FOLDER.path / "engines" / "one_grain"
-    kinds = [("LIGGGHTS", 1.0), *(("LAMMPS", r) for r in LAMMPS_RATIOS)]
+    kinds = [("LIGGGHTS", 1.0), *((engine, r) for engine in SHEAR for r in LAMMPS_RATIOS)]
     single = [checked_on_one_grain(engine, checks, ratio) for engine, ratio in kinds]
     found = {}
     for setup, names in RESPONSES.items():
