@@ -245,7 +245,8 @@ def lammps_walls(
         spring = ratio * shear_stiffness(p, effective_radius)
         return (
             f"hertz/material {p['young_modulus']:.10g} {p['restitution']} {p['poisson_ratio']} "
-            f"damping tsuji tangential {SHEAR[engine]} NULL 1.0 {p['sliding_friction']} "
+            f"damping coeff_restitution "
+            f"tangential {SHEAR[engine]} NULL 1.0 {p['sliding_friction']} "
             f"rolling sds {spring:.10g} 0.0 {p['rolling_friction']}"
         )
 

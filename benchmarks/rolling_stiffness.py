@@ -1,5 +1,4 @@
-"""What the stiffness of the rolling spring does to heaps, slopes and discharges, and where other
-engines stand.
+"""What the stiffness of the rolling spring does to heaps, slopes and flows, and to other engines'.
 
     python -m benchmarks.rolling_stiffness run       YADE's runs, an hour of one core, resumable;
                                                      a number after it: so many at a time
@@ -8,11 +7,11 @@ engines stand.
     python -m benchmarks.rolling_stiffness judge     compares what there is
 
 "run" writes grid/rolling_stiffness.csv, "engines" grid/rolling_stiffness_engines.csv, and "judge"
-benchmarks/results/rolling_stiffness.json. YADE's spring is rolling_stiffness_ratio times
+benchmarks/results/rolling_stiffness.json and .png. YADE's spring is rolling_stiffness_ratio times
 k_t R_eff^2 under five grain weights; LIGGGHTS' epsd2 is k_t R_eff^2 under the load of the moment;
 LAMMPS' sds is constant like YADE's. Set-ups and grains are those of cases/missing_effect.toml, the
 hourglass with its wide neck, which rough grains clog less often. A p value is that of a t or F test
-with the variance between seeds pooled over all samples of a response.
+with the variance between seeds pooled over all samples of a friction pair.
 """
 
 import csv
@@ -20,10 +19,11 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 from scipy import stats
 
-from benchmarks.common import rounded, write
+from benchmarks.common import RESULTS, rounded, write
 from benchmarks.rolling_engines import SHEAR, checked_on_one_grain, run_engine
 from calibrator.case import read_case
 from calibrator.cli import ProgressBar
@@ -33,6 +33,9 @@ from calibrator.problem import is_number
 from calibrator.records import Record
 from calibrator.runner import RunFolder, gather, run
 from calibrator.table import Request
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
 
 REPO = Path(__file__).resolve().parent.parent
 FOLDER = RunFolder(REPO / "results" / "rolling_stiffness")
@@ -183,49 +186,60 @@ def samples(setup: str, response: str) -> Samples:
     return found
 
 
-def pooled(all_: Samples) -> tuple[float, int]:
-    """Variance between seeds and its degrees of freedom, over all samples."""
-    own = [v for by_label in all_.values() for v in by_label.values()]
-    freedom = sum(len(v) - 1 for v in own)
-    return sum(float(v.var(ddof=1)) * (len(v) - 1) for v in own) / freedom, freedom
+def pooled(own: dict[str, np.ndarray]) -> tuple[float, int]:
+    """Variance between the seeds of one friction pair, over all its samples, and its degrees of
+    freedom; rough grains scatter more than smooth ones."""
+    freedom = sum(len(v) - 1 for v in own.values())
+    return sum(float(v.var(ddof=1)) * (len(v) - 1) for v in own.values()) / freedom, freedom
 
 
 def difference(all_: Samples, one: str, other: str) -> dict | None:
     """Mean over the friction pairs of sample `one` minus sample `other`, and two p values: of a
-    shift that all pairs share, and of any difference in any pair."""
-    both = [v for v in all_.values() if one in v and other in v]
+    shift of the mean, and of any difference in any pair."""
+    both = [(v, *pooled(v)) for v in all_.values() if one in v and other in v]
     if not both:
         return None
-    variance, freedom = pooled(all_)
-    gaps = np.array([v[one].mean() - v[other].mean() for v in both])
-    errors = np.array([(variance * (1 / len(v[one]) + 1 / len(v[other]))) ** 0.5 for v in both])
+    freedom = min(f for *_, f in both)
+    gaps = np.array([v[one].mean() - v[other].mean() for v, *_ in both])
+    errors = np.array([(var * (1 / len(v[one]) + 1 / len(v[other]))) ** 0.5 for v, var, _ in both])
     mean, error = gaps.mean(), float(np.sqrt((errors**2).sum())) / len(gaps)
     statistic = float(((gaps / errors) ** 2).mean())
     return {
         "mean": rounded(mean, 3),
         "standard_error": rounded(error, 2),
         "by_pair": [rounded(g, 3) for g in gaps],
-        "p_shift": rounded(2 * stats.t.sf(abs(mean / error), freedom), 2),
+        "p_shift": two_sided(mean / error, freedom),
         "p_any": rounded(stats.f.sf(statistic, len(gaps), freedom), 2),
     }
 
 
-def trend(all_: Samples, ratios: Iterable[float]) -> dict:
-    """Change of the response per doubling of the ratio: one slope for all pairs, each with a level
-    of its own, and the slope of each pair. A plateau is a range of ratios without a trend."""
-    variance, freedom = pooled(all_)
-    top = bottom = 0.0
-    slopes = {}
+def trend(all_: Samples, ratios: Iterable[float]) -> dict | None:
+    """Change of the response per doubling of the ratio: of each friction pair, and their mean.
+
+    A plateau is a range of ratios without a trend.
+    """
+    slopes, freedoms = {}, []
     for pair, own in all_.items():
         points = [(np.log2(r), v) for r in ratios for v in own.get(f"{r:g}", ())]
-        x, y = np.array(points).reshape(-1, 2).T
-        x = x - x.mean()
-        slope, error = (x @ y) / (x @ x), (variance / (x @ x)) ** 0.5
-        slopes[name_of(pair)] = {"slope": rounded(slope, 3), "p": two_sided(slope / error, freedom)}
-        top, bottom = top + float(x @ y), bottom + float(x @ x)
-    slope, error = top / bottom, (variance / bottom) ** 0.5
-    common = {"slope": rounded(slope, 3), "standard_error": rounded(error, 2)}
-    return {**common, "p": two_sided(slope / error, freedom), "pairs": slopes}
+        if len({x for x, _ in points}) > 1:
+            variance, freedom = pooled(own)
+            x, y = np.array(points).T
+            x = x - x.mean()
+            slopes[name_of(pair)] = (x @ y) / (x @ x), (variance / (x @ x)) ** 0.5
+            freedoms.append(freedom)
+    if not slopes:
+        return None
+    values, errors = np.array(list(slopes.values())).T
+    slope, error = values.mean(), float(np.sqrt((errors**2).sum())) / len(errors)
+    return {
+        "slope": rounded(slope, 3),
+        "standard_error": rounded(error, 2),
+        "p": two_sided(slope / error, min(freedoms)),
+        "pairs": {
+            n: {"slope": rounded(v, 3), "p": two_sided(v / e, f)}
+            for (n, (v, e)), f in zip(slopes.items(), freedoms, strict=True)
+        },
+    }
 
 
 def two_sided(t: float, freedom: int) -> float:
@@ -244,8 +258,8 @@ def verdict(all_: Samples) -> dict:
     for pair, own in all_.items():
         table[name_of(pair)] = {
             label: {
-                "mean": rounded(v.mean()),
-                "standard_error": rounded(v.std(ddof=1) / len(v) ** 0.5, 2),
+                "mean": rounded(spread(v)[0]),
+                "standard_error": rounded(spread(v)[1], 2),
                 "runs": len(v),
             }
             for label, v in own.items()
@@ -254,8 +268,7 @@ def verdict(all_: Samples) -> dict:
     there = [r for r in RATIOS if any(f"{r:g}" in own for own in all_.values())]
     for low, high in ((0.5, 16.0), (0.5, 4.0), (1.0, 4.0), (2.0, 16.0), (4.0, 16.0)):
         within = [r for r in there if low <= r <= high]
-        if len(within) > 1:
-            found["per_doubling"][f"{low:g} to {high:g}"] = trend(all_, within)
+        found["per_doubling"][f"{low:g} to {high:g}"] = trend(all_, within)
     for name in OTHERS:
         gaps = {f"{r:g}": difference(all_, f"{r:g}", name) for r in there}
         gaps = {r: g for r, g in gaps.items() if g}
@@ -298,6 +311,32 @@ def judge() -> None:
             if any(all_.values()):
                 found[f"{setup}.{name}"] = verdict(all_)
     write("rolling_stiffness", {"one_grain": single, "ends": counts(), "responses": found})
+    figure()
+
+
+def figure() -> None:
+    """Means with standard errors over the ratio; LIGGGHTS as bands."""
+    names = [(setup, own[0]) for setup, own in RESPONSES.items()]
+    fig, axes = plt.subplots(1, len(names), figsize=(4 * len(names), 3.6), layout="constrained")
+    for axis, (setup, name) in zip(axes, names, strict=True):
+        for i, (pair, own) in enumerate(samples(setup, name).items()):
+            there = [r for r in RATIOS if f"{r:g}" in own]
+            means, errors = np.array([spread(own[f"{r:g}"]) for r in there]).reshape(-1, 2).T
+            axis.errorbar(there, means, errors, fmt="o-", color=f"C{i}", label=name_of(pair))
+            if "LIGGGHTS" in own:
+                mean, error = spread(own["LIGGGHTS"])
+                axis.axhspan(mean - error, mean + error, color=f"C{i}", alpha=0.25, lw=0)
+        axis.set(xscale="log", xlabel="rolling stiffness over $k_t R^2$")
+        axis.set(title=setup.replace("_", " "), ylabel="equivalent angle [deg]")
+        axis.set_xticks(RATIOS, [f"{r:g}" for r in RATIOS])
+        axis.minorticks_off()
+    axes[0].legend(frameon=False, title="bands: LIGGGHTS epsd2", fontsize="small")
+    fig.savefig(RESULTS / "rolling_stiffness.png", dpi=110)
+
+
+def spread(values: np.ndarray) -> tuple[float, float]:
+    """Mean and its standard error."""
+    return float(values.mean()), float(values.std(ddof=1) / len(values) ** 0.5)
 
 
 def main() -> None:
