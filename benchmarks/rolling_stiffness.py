@@ -46,7 +46,7 @@ RATIOS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 FIRST = (1.0, 4.0, 16.0)  # of ledge and hourglass: made before the others
 PAIRS = ((0.1, 0.3), (0.2, 0.5), (0.3, 0.5), (0.4, 0.7))  # rolling and sliding friction
 SEEDS = tuple(range(850_001, 850_006))
-CONTROL = (1.0, 4.0)  # heaps of the roughest grains once more with the small step of the stiffest
+CONTROL = (1.0, 4.0)  # heaps once more with the small step of the stiffest spring
 WIDE_NECK = 18e-3
 RESPONSES = {
     "conical_pile": ("pile_equivalent_angle_deg", "pile_angle_of_repose_deg", "bulk_density"),
@@ -88,11 +88,12 @@ def blocks() -> list[list[Request]]:
     for ratios in (FIRST, tuple(r for r in RATIOS if r not in FIRST)):
         order += [(name, s, ratios) for s in SEEDS for name in ("ledge", "hourglass")]
     found = [[request(name, p, r, s) for p in PAIRS for r in rs] for name, s, rs in order]
-    rough = PAIRS[-1]
-    found.insert(
-        len(SEEDS),
-        [request("conical_pile", rough, r, s, RATIOS[-1]) for r in CONTROL for s in SEEDS],
-    )
+    small = [
+        [request("conical_pile", p, r, s, RATIOS[-1]) for s in SEEDS]
+        for p in PAIRS[::-1]
+        for r in CONTROL
+    ]
+    found[len(SEEDS) : len(SEEDS)] = small
     return found
 
 
@@ -182,7 +183,7 @@ def samples(setup: str, response: str) -> Samples:
         values = {
             n: np.array([v for p, label, v in rows if (p, label) == (pair, n)]) for n in labels
         }
-        found[pair] = {n: v for n, v in values.items() if len(v) > 1}
+        found[pair] = {n: v for n, v in values.items() if len(v)}
     return found
 
 
@@ -190,7 +191,8 @@ def pooled(own: dict[str, np.ndarray]) -> tuple[float, int]:
     """Variance between the seeds of one friction pair, over all its samples, and its degrees of
     freedom; rough grains scatter more than smooth ones."""
     freedom = sum(len(v) - 1 for v in own.values())
-    return sum(float(v.var(ddof=1)) * (len(v) - 1) for v in own.values()) / freedom, freedom
+    squares = sum(float(((v - v.mean()) ** 2).sum()) for v in own.values())
+    return squares / freedom if freedom else float("nan"), freedom
 
 
 def difference(all_: Samples, one: str, other: str) -> dict | None:
@@ -259,7 +261,7 @@ def verdict(all_: Samples) -> dict:
         table[name_of(pair)] = {
             label: {
                 "mean": rounded(spread(v)[0]),
-                "standard_error": rounded(spread(v)[1], 2),
+                "standard_error": rounded(spread(v)[1], 2) if len(v) > 1 else None,
                 "runs": len(v),
             }
             for label, v in own.items()
@@ -335,8 +337,9 @@ def figure() -> None:
 
 
 def spread(values: np.ndarray) -> tuple[float, float]:
-    """Mean and its standard error."""
-    return float(values.mean()), float(values.std(ddof=1) / len(values) ** 0.5)
+    """Mean and its standard error; that of a single run is not known."""
+    error = values.std(ddof=1) / len(values) ** 0.5 if len(values) > 1 else float("nan")
+    return float(values.mean()), float(error)
 
 
 def main() -> None:
