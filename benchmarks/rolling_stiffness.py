@@ -332,7 +332,7 @@ def figure() -> None:
         axis.set(title=setup.replace("_", " "), ylabel="equivalent angle [deg]")
         axis.set_xticks(RATIOS, [f"{r:g}" for r in RATIOS])
         axis.minorticks_off()
-    axes[0].legend(frameon=False, title="bands: LIGGGHTS epsd2", fontsize="small")
+    axes[1].legend(frameon=False, title="bands: LIGGGHTS epsd2", fontsize="small")
     fig.savefig(RESULTS / "rolling_stiffness.png", dpi=110)
 
 
