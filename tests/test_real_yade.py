@@ -11,6 +11,7 @@ import time
 import numpy as np
 import pytest
 
+from benchmarks.runs import rolling_engines
 from calibrator.case.physics import LARGEST_STEP_SHARE, contact_time
 from calibrator.case.vocabulary import EFFECTS, RESPONSES, SCRIPTS, parameters_of
 from calibrator.runs.database import Database
@@ -80,6 +81,21 @@ def test_the_curves_of_a_discharge_agree_with_its_responses(driven):
     assert record.responses["discharge_time"] == pytest.approx(curves["time"][-1])
     assert np.all(np.diff(curves["passed_mass"]) >= 0)
     assert np.hypot(*curves["final"][:, :2].T).max() < 8e-3 and curves["final"][:, 2].min() >= 0
+
+
+@pytest.mark.parametrize("setup", SMALL)
+def test_the_oracles_of_the_benchmarks_measure_as_the_scripts_do(driven, setup):
+    """LIGGGHTS and LAMMPS go through benchmarks.runs.rolling_engines: same grains, same numbers."""
+    folder, records = driven
+    record = records[setup]
+    curves = np.load(folder.curves(record.run_id))
+    filled, final = (curves[name].astype(float) for name in ("filled", "final"))
+    curve = (curves["time"], curves["passed_mass"]) if setup == "hourglass" else None
+    status, found = rolling_engines.responses(
+        setup, record.request.parameters, filled, final, curve
+    )
+    assert status == record.status and "bulk_density" in found
+    assert found == pytest.approx({n: record.responses[n] for n in found}, rel=1e-5)
 
 
 def by_hand(folder, setup):

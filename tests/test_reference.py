@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from calibrator.case.case import Case
 from calibrator.case.lab import WITH_CONDITION
 from calibrator.case.problem import Parameter, Target
 from calibrator.case.toml import SECTIONS
@@ -55,13 +54,6 @@ def test_the_page_has_every_key_with_its_default(section):
                 if isinstance(f.default, float)
                 else str(f.default).lower()
             )
-
-
-def test_the_page_has_the_defaults_of_validation():
-    own = Case.__dataclass_fields__["validate"].default_factory()
-    printed = rows("validate")
-    for key in ("replicates", "spread_replicates", "seed"):
-        assert printed[key].endswith(f"(validate: {getattr(own, key)})")
 
 
 def test_the_page_has_every_column_of_a_lab_file():

@@ -18,8 +18,7 @@ This is the only place where friction coefficients become YADE's numbers. Three 
 
 Rolling stiffness: YADE's krot is an absolute stiffness in N m/rad that does not follow the load. The default
 "epsd2" takes the rule k_r = k_t R_eff^2 of that model at a typical static load of five grain weights, with
-k_t the Hertz-Mindlin shear stiffness, times ROLLING_STIFFNESS_FACTOR: stiff enough that the cap, not the
-spring, decides the bulk response, soft enough for the Rayleigh time step. "epsd" is the soft spring
+k_t the Hertz-Mindlin shear stiffness, times the column rolling_stiffness_ratio. "epsd" is the soft spring
 2.25 k_n mu_r^2 R_eff^2 of the older model at the same load; it gives flatter heaps, so results of the two must not be mixed.
 """
 
@@ -30,7 +29,6 @@ from yade import FrictMat, FrictMatCDM, Ip2_FrictMat_FrictMat_MindlinPhys, IPhys
 
 GRAVITY = 9.81
 WALL_RADIUS_RATIO = 1e8
-ROLLING_STIFFNESS_FACTOR = 4.0
 LARGEST_STEP_SHARE = 0.28
 FILLING_ENERGY_RATIO = 5e-4  # kinetic energy over m g d: grains that still rock, in a heap that no longer moves
 SIZE_CLASSES = 7
@@ -107,11 +105,11 @@ def time_step(p):
 
     The fraction bounds the error of single impacts. For grains that are soft for their weight another limit comes
     first: single grains between two others rock and never come to rest. It goes with the period of a grain on
-    the springs of its resting contacts, sqrt(I/krot), and was found by trial (benchmarks/step_limit.py).
+    the springs of its resting contacts, and was found by trial (benchmarks/step_limit.py).
     """
     p = dict(p, particle_radius=smallest_radius(p))  # the smallest spheres are the fastest
     inertia = 0.4 * grain_mass(p) * p["particle_radius"] ** 2
-    largest = LARGEST_STEP_SHARE * math.sqrt(inertia / stiff_rolling_spring(p, p["particle_radius"] / 2))
+    largest = LARGEST_STEP_SHARE * math.sqrt(inertia / turning_spring(p))
     return p["time_step"] or min(p["rayleigh_fraction"] * rayleigh_time(p), largest)
 
 
@@ -153,11 +151,21 @@ def static_contact_radius(p, effective_radius):
 
 
 def stiff_rolling_spring(p, effective_radius):
-    """krot of "epsd2" [N m/rad]: ROLLING_STIFFNESS_FACTOR k_t R_eff^2 with the shear stiffness k_t = 8 G* a."""
+    """krot of "epsd2" [N m/rad]: rolling_stiffness_ratio k_t R_eff^2, with the shear stiffness k_t = 8 G* a."""
     nu = p["poisson_ratio"]
     g_star = p["young_modulus"] / (2 * (1 + nu)) / (2 * (2 - nu))
     shear = 8 * g_star * static_contact_radius(p, effective_radius)
-    return ROLLING_STIFFNESS_FACTOR * shear * effective_radius**2
+    return p["rolling_stiffness_ratio"] * shear * effective_radius**2
+
+
+def turning_spring(p):
+    """Stiffness [N m/rad] that bounds the step: half of what a contact of two grains resists a turning one with.
+
+    The shear spring turns it by k_t r^2, the rolling spring by its ratio times k_t r^2/4. Half, because
+    LARGEST_STEP_SHARE was found with equal ones, at a ratio of 4, and is a share of sqrt(I/krot) there.
+    """
+    ratio = 0.5 * (4.0 + p["rolling_stiffness_ratio"])
+    return stiff_rolling_spring(dict(p, rolling_stiffness_ratio=ratio), p["particle_radius"] / 2)
 
 
 def restitution_of(betan, steps=1000):

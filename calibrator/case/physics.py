@@ -7,6 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from calibrator.case.vocabulary import PARAMETERS
+
 Columns = Mapping[str, np.ndarray | float]
 """Parameters by name [SI], each a number or of one shape."""
 
@@ -56,9 +58,9 @@ def time_step(p: Mapping[str, float]) -> float:
 
 
 def contact_time(p: Mapping[str, float]) -> float:
-    """Time sqrt(I/krot) [s] of a grain on the rolling spring of a contact.
+    """Time sqrt(I/k) [s] of a grain on the springs of a contact under five grain weights.
 
-    The contact carries five grain weights, as in yade_scripts/material.py.
+    k is the mean of what the shear and the rolling spring turn it by: yade_scripts/material.py.
     """
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
     mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
@@ -66,4 +68,6 @@ def contact_time(p: Mapping[str, float]) -> float:
         5 * mass * GRAVITY / (4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2))
     ) ** (2 / 3)
     shear = 8 * young / (2 * (1 + poisson)) / (2 * (2 - poisson)) * math.sqrt(radius / 2 * overlap)
-    return math.sqrt(0.4 * mass * radius**2 / (4 * shear * (radius / 2) ** 2))
+    default = PARAMETERS["rolling_stiffness_ratio"].default
+    ratio = 0.5 * (4.0 + p.get("rolling_stiffness_ratio", default))  # type: ignore[operator]
+    return math.sqrt(0.4 * mass * radius**2 / (ratio * shear * (radius / 2) ** 2))

@@ -19,10 +19,12 @@ from scenes_contact import (
     bent_contact,
     pressed,
     rebound,
+    rocking,
     rolling,
     sliding_impact,
     spinning,
     spinning_impact,
+    time_steps,
     unled_dispatch,
 )
 from scenes_effects import (
@@ -57,6 +59,23 @@ def experiments():
     for kind in ("facet", "wall", "edge", "oblique edge"):
         yield from ((rolling, (kind, mu_r)) for mu_r in (0.1, 0.3))
     yield bent_contact, ("grain", 0.2, 1.5)
+    for ratio in (0.5, 1.0, 16.0):
+        for partner in ("grain", "facet", "wall"):
+            yield bent_contact, (partner, 0.2, 1.0, "epsd2", ratio)
+        yield from ((rocking, (kind, ratio)) for kind in ("facet", "wall"))
+    for kind in ("facet", "wall"):
+        yield from ((rolling, (kind, 0.3, 0.1, ratio)) for ratio in (1.0, 16.0))
+    yield from ((time_steps, (ratio,)) for ratio in (0.5, 1.0, 4.0, 16.0))
+    for ratio in (0.5, 1.0, 16.0):
+        yield from (
+            (bent_contact, (partner, 0.2, 1.0, "epsd2", ratio))
+            for partner in ("grain", "facet", "wall")
+        )
+        yield from ((rocking, (kind, ratio)) for kind in ("facet", "wall"))
+    yield from (
+        (rolling, (kind, 0.3, 0.1, ratio)) for kind in ("facet", "wall") for ratio in (1.0, 16.0)
+    )
+    yield from ((time_steps, (ratio,)) for ratio in (0.5, 1.0, 4.0, 16.0))
     for partner in ("grain", "facet", "wall"):
         yield pull_off, (partner,)
         yield twisted_contact, (partner,)

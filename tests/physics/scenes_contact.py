@@ -90,14 +90,15 @@ def spinning_impact(partner, restitution, speed=0.1, spin=300.0, rolling_frictio
     )
 
 
-def rolling(kind, rolling_friction, duration=0.1):
+def rolling(kind, rolling_friction, duration=0.1, stiffness_ratio=4.0):
     """A grain rolls on a floor without slip until shortly before it rests.
 
     Its speed 5/7 mu_r g t brings it to rest after t = duration. It starts from static overlap. The
     deceleration is fitted between 10 % and 80 % of the duration, when the start-up oscillation of
     the contact springs has died. A shared edge of two facets is crossed half-way to the stop.
     """
-    p, grain, wall = scene(rolling_friction=rolling_friction, sliding_friction=0.8)
+    friction = dict(rolling_friction=rolling_friction, sliding_friction=0.8)
+    p, grain, wall = scene(**friction, rolling_stiffness_ratio=stiffness_ratio)
     r, speed = p["particle_radius"], 5 / 7 * rolling_friction * material.GRAVITY * duration
     add_floor(kind, wall, edge=0.25 * speed * duration)
     body = add_grain(p, r - static_overlap(p, grain_weight(p), r), grain)
@@ -121,17 +122,17 @@ def rolling(kind, rolling_friction, duration=0.1):
     )
 
 
-def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
+def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2", stiffness_ratio=4.0):
     """A fixed grain under five grain weights turns about a tangential axis until past the cap.
 
     Without sliding friction the torque on it is the rolling moment alone. ratio : radius of the
     other grain over its own; for unequal grains the functor of the project takes the eta and the
-    stiffness of that pair.
+    stiffness of that pair. A softer spring than the default's turns as much faster, so that it is
+    as far past the cap in the end.
     """
-    p, grain, wall = scene(
-        rolling_friction=rolling_friction, sliding_friction=0.0, rolling_spring=spring
-    )
-    r, load, spin = p["particle_radius"], 5 * grain_weight(p), 0.1
+    rolling = dict(rolling_friction=rolling_friction, rolling_spring=spring)
+    p, grain, wall = scene(sliding_friction=0.0, rolling_stiffness_ratio=stiffness_ratio, **rolling)
+    r, load, spin = p["particle_radius"], 5 * grain_weight(p), 0.1 * 4.0 / stiffness_ratio
     r_eff = effective_radius(p, partner)
     if partner == "grain":
         other = ratio * r
@@ -158,7 +159,7 @@ def bent_contact(partner, rolling_friction=0.2, ratio=1.0, spring="epsd2"):
         effective_radius=r_eff,
         load=load,
         stiffness=material.rolling_stiffness(p, r_eff),
-        stiffness_factor=material.ROLLING_STIFFNESS_FACTOR,
+        stiffness_factor=p["rolling_stiffness_ratio"],
         slope=np.polyfit(spin * t[elastic], torque[elastic], 1)[0],
         limit=torque[-1],
         largest_moment=moment.max(),
@@ -207,3 +208,42 @@ def unled_dispatch():
     finally:
         material.IPhysFunctor = stopper
     return dict(error=None)
+
+
+def rocking(kind, stiffness_ratio, kick=1e-3):
+    """A grain on a floor is turned about a tangential axis, centre held, by less than the cap: its period [s].
+
+    Without sliding friction nothing but the rolling spring turns it back.
+    """
+    rolling = dict(rolling_friction=0.5, rolling_stiffness_ratio=stiffness_ratio)
+    p, grain, wall = scene(sliding_friction=0.0, **rolling)
+    r, load = p["particle_radius"], 5 * grain_weight(p)
+    add_floor(kind, wall)
+    body = add_grain(p, r - static_overlap(p, load, r), grain, spin=(0, kick, 0))
+    body.state.blockedDOFs = "xyz"
+    turns = []
+
+    def look():
+        turns.append((O.time, body.state.angVel[1]))
+
+    run(200 * O.dt, look)
+    t, spin = np.array(turns).T
+    after = np.flatnonzero((spin[:-1] > 0) & (spin[1:] <= 0))[
+        :2
+    ]  # the first two times that it stops to turn back
+    stops = t[after] + (t[after + 1] - t[after]) * spin[after] / (spin[after] - spin[after + 1])
+    inertia = 0.4 * material.grain_mass(p) * r**2
+    return dict(
+        parameters=p,
+        load=load,
+        effective_radius=r,
+        inertia=inertia,
+        step=O.dt,
+        period=np.diff(stops)[0],
+    )
+
+
+def time_steps(stiffness_ratio):
+    """The step [s] of soft grains, and what the calibrator has to know to foresee it."""
+    p, _, _ = scene(young_modulus=1e6, rolling_stiffness_ratio=stiffness_ratio)
+    return dict(parameters=p, time_step=O.dt, rayleigh=material.rayleigh_time(p))

@@ -10,6 +10,8 @@ import math
 
 import pytest
 
+from calibrator.case.physics import time_step
+
 pytestmark = pytest.mark.yade
 
 FLOORS = ("facet", "wall")
@@ -180,6 +182,53 @@ def test_default_rolling_stiffness_follows_the_tangential_stiffness(measured, co
     overlap = (m["load"] / (4 / 3 * e_star(p) * math.sqrt(r_eff))) ** (2 / 3)
     expected = m["stiffness_factor"] * 8 * g_star(p) * math.sqrt(r_eff * overlap) * r_eff**2
     assert m["slope"] == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 16.0])
+@pytest.mark.parametrize("partner", PARTNERS)
+def test_rolling_stiffness_ratio_sets_the_spring_and_leaves_the_cap(measured, partner, ratio):
+    """k_r = ratio k_t R_eff^2 under five grain weights; the moment ends at mu_r R_eff |F_n| as ever."""
+    m = measured("bent_contact", partner, 0.2, 1.0, "epsd2", ratio)
+    p, r_eff = m["parameters"], m["effective_radius"]
+    overlap = (m["load"] / (4 / 3 * e_star(p) * math.sqrt(r_eff))) ** (2 / 3)
+    expected = ratio * 8 * g_star(p) * math.sqrt(r_eff * overlap) * r_eff**2
+    assert m["slope"] == pytest.approx(expected, rel=0.02)
+    assert m["limit"] == pytest.approx(p["rolling_friction"] * r_eff * m["load"], rel=0.01)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 16.0])
+@pytest.mark.parametrize("kind", FLOORS)
+def test_a_grain_rocks_on_its_rolling_spring_with_the_period_of_the_ratio(measured, kind, ratio):
+    """omega = sqrt(k_r/I) with k_r = ratio k_t r^2, sampled by leapfrog: sin(pi dt/T) = omega dt/2."""
+    m = measured("rocking", kind, ratio)
+    p, r = m["parameters"], m["effective_radius"]
+    overlap = (m["load"] / (4 / 3 * e_star(p) * math.sqrt(r))) ** (2 / 3)
+    stiffness = ratio * 8 * g_star(p) * math.sqrt(r * overlap) * r**2
+    expected = math.pi * m["step"] / math.asin(m["step"] / 2 * math.sqrt(stiffness / m["inertia"]))
+    assert m["period"] == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 16.0])
+@pytest.mark.parametrize("kind", FLOORS)
+def test_rolling_grain_is_slowed_alike_whatever_its_spring(measured, kind, ratio):
+    m = measured("rolling", kind, 0.3, 0.1, ratio)
+    assert m["rolling_friction"] == pytest.approx(0.3, rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 4.0, 16.0])
+def test_the_calibrator_foresees_the_step_that_follows_the_rolling_spring(measured, ratio):
+    """0.28 sqrt(I/k), k the mean of k_t r^2 and the rolling spring between two grains; the bound holds here."""
+    m = measured("time_steps", ratio)
+    p = {n: v for n, v in m["parameters"].items() if not isinstance(v, str)}
+    r, r_eff, weight = p["particle_radius"], p["particle_radius"] / 2, p["particle_density"] * 9.81
+    load = 5 * 4 / 3 * math.pi * r**3 * weight
+    overlap = (load / (4 / 3 * e_star(p) * math.sqrt(r_eff))) ** (2 / 3)
+    shear = 8 * g_star(p) * math.sqrt(r_eff * overlap)
+    inertia = 0.4 * 4 / 3 * math.pi * r**3 * p["particle_density"] * r**2
+    expected = 0.28 * math.sqrt(2 * inertia / (shear * r**2 + ratio * shear * r_eff**2))
+    assert expected < 0.4 * m["rayleigh"]
+    assert m["time_step"] == pytest.approx(expected, rel=1e-9)
+    assert time_step(p) == pytest.approx(m["time_step"], rel=1e-12)
 
 
 @pytest.mark.parametrize("kind", FLOORS)
