@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 
-from benchmarks.runs import rolling_engines
+from benchmarks.runs import rolling_scans
 from calibrator.case.physics import LARGEST_STEP_SHARE, contact_time
 from calibrator.case.vocabulary import EFFECTS, RESPONSES, SCRIPTS, parameters_of
 from calibrator.runs.database import Database
@@ -85,15 +85,13 @@ def test_the_curves_of_a_discharge_agree_with_its_responses(driven):
 
 @pytest.mark.parametrize("setup", SMALL)
 def test_the_oracles_of_the_benchmarks_measure_as_the_scripts_do(driven, setup):
-    """LIGGGHTS and LAMMPS go through benchmarks.runs.rolling_engines: same grains, same numbers."""
+    """LIGGGHTS and LAMMPS go through benchmarks.runs.rolling_scans: same grains, same numbers."""
     folder, records = driven
     record = records[setup]
     curves = np.load(folder.curves(record.run_id))
     filled, final = (curves[name].astype(float) for name in ("filled", "final"))
     curve = (curves["time"], curves["passed_mass"]) if setup == "hourglass" else None
-    status, found = rolling_engines.responses(
-        setup, record.request.parameters, filled, final, curve
-    )
+    status, found = rolling_scans.responses(setup, record.request.parameters, filled, final, curve)
     assert status == record.status and "bulk_density" in found
     assert found == pytest.approx({n: record.responses[n] for n in found}, rel=1e-5)
 

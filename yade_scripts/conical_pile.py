@@ -9,7 +9,8 @@ import os
 import sys
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))  # YADE does not put the script's folder there
+# YADE does not put the script's folder there
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 import numpy as np
 from yade import O, utils
@@ -30,8 +31,11 @@ def simulate(p, diagnostics):
     count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
     centres = packing.cloud_in_cylinder(p, count, material.largest_reach(p), rng)
     O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
-    # The wall of the cylinder starts a hair above the base plane, so that the two never share a contact.
-    tube = O.bodies.append(walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 10 * radius, wall))
+    # The wall of the cylinder starts a hair above the base plane, so that the two never share a
+    # contact.
+    tube = O.bodies.append(
+        walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 10 * radius, wall)
+    )
     ids = session.add_grains(p, centres, grain, rng)
     diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
 
@@ -47,7 +51,9 @@ def lift(p, ids, tube, diagnostics):
     lifted = released + p["lift_height"] / p["lift_speed"]
     for i in tube:
         O.bodies[i].state.vel = (0, 0, p["lift_speed"])
-    stop.run_until(lambda: O.time >= lifted, O.dt, 2 * p["lift_height"] / p["lift_speed"], "lifting")
+    stop.run_until(
+        lambda: O.time >= lifted, O.dt, 2 * p["lift_height"] / p["lift_speed"], "lifting"
+    )
     for i in tube:
         O.bodies[i].state.vel = (0, 0, 0)
 
@@ -62,11 +68,17 @@ def lift(p, ids, tube, diagnostics):
 
 def respond(p, ids, filled, final, diagnostics):
     """Pile angle, equivalent angle, curvature, asymmetry and apex rounding."""
-    radius, cylinder, sizes = p["particle_radius"], p["cylinder_diameter"] / 2, session.radii(p, ids)
+    radius, cylinder, sizes = (
+        p["particle_radius"],
+        p["cylinder_diameter"] / 2,
+        session.radii(p, ids),
+    )
     x, y, height = measure.height_map(filled, sizes, cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
     diagnostics["filled_height"] = float(height[section].mean())
-    responses = dict(bulk_density=session.total_mass(p, ids) / (np.pi * cylinder**2 * height[section].mean()))
+    responses = dict(
+        bulk_density=session.total_mass(p, ids) / (np.pi * cylinder**2 * height[section].mean())
+    )
 
     # Grains that rolled far away are left out of the scan, or a single one would set its size.
     half = 1.2 * float(np.quantile(np.hypot(final[:, 0], final[:, 1]), 0.98)) + 2 * radius
@@ -84,7 +96,12 @@ def respond(p, ids, filled, final, diagnostics):
         tilt = measure.asymmetry(x, y, height, radius, np.ones_like(height, bool), flank)
         if tilt is not None:
             responses["pile_asymmetry_deg"] = tilt
-    curves = dict(profile_radius=position, profile_height=profile, filled=filled.astype("f4"), final=final.astype("f4"))
+    curves = dict(
+        profile_radius=position,
+        profile_height=profile,
+        filled=filled.astype("f4"),
+        final=final.astype("f4"),
+    )
     return "ok", {name: float(value) for name, value in responses.items()}, curves
 
 

@@ -1,7 +1,7 @@
 """The contract with the caller: contract.json, one request in, one record out.
 
-Standard library and numpy only; used inside YADE's interpreter. The file is the API: whoever writes the
-yade-batch table and reads the records never imports anything from here.
+Standard library and numpy only; used inside YADE's interpreter. The file is the API: whoever writes
+the yade-batch table and reads the records never imports anything from here.
 """
 
 import hashlib
@@ -21,44 +21,67 @@ class BadInput(ValueError):
 
 def parameters_of(setup):
     """{name: specification} of the parameters that a set-up takes."""
-    return {n: s for n, s in CONTRACT["parameters"].items() if setup in s.get("setups", CONTRACT["setups"])}
+    return {
+        n: s
+        for n, s in CONTRACT["parameters"].items()
+        if setup in s.get("setups", CONTRACT["setups"])
+    }
 
 
 def checked(setup, given):
     """Complete and check a request. Returns {name: value} with every parameter of the set-up.
 
-    Raises BadInput for an unknown name, a wrong type, a number that is not finite or out of its range.
+    Raises BadInput for an unknown name, a wrong type, a number that is not finite or out of its
+    range.
     """
     known = parameters_of(setup)
     for name in given:
         if name not in known:
-            raise BadInput("%s: unknown parameter %r; it takes %s" % (setup, name, ", ".join(sorted(known))))
-    return {name: _checked_value(name, spec, given.get(name, spec["default"])) for name, spec in known.items()}
+            raise BadInput(
+                "%s: unknown parameter %r; it takes %s" % (setup, name, ", ".join(sorted(known)))
+            )
+    return {
+        name: _checked_value(name, spec, given.get(name, spec["default"]))
+        for name, spec in known.items()
+    }
 
 
 def echoed(p):
-    """The parameters as a record states them: an effect or option that is off is not mentioned, as in scripts without it."""
+    """The parameters as a record states them: what is off is not mentioned."""
     specs = CONTRACT["parameters"]
     silent = {n for n, spec in specs.items() if "effect" in spec or spec.get("optional")}
     return {n: _plain(v) for n, v in p.items() if n not in silent or v != specs[n]["default"]}
 
 
 def _plain(value):
-    """The value if JSON can hold it, else a text: a cell of a table is an expression, which may become anything."""
-    if isinstance(value, int):  # as a float it would overflow, and beyond 4300 digits not even be shown
+    """The value if JSON can hold it, else a text: a table's cell may become anything."""
+    # as a float it would overflow, and beyond 4300 digits not even be shown
+    if isinstance(value, int):
         return value if abs(value) < 10**300 else "an integer beyond 1e300"
-    return value if isinstance(value, str) or isinstance(value, float) and math.isfinite(value) else repr(value)
+    return (
+        value
+        if isinstance(value, str) or isinstance(value, float) and math.isfinite(value)
+        else repr(value)
+    )
 
 
 def _checked_value(name, spec, value):
     if "choices" in spec:
         if value not in spec["choices"]:
-            raise BadInput("%s = %r: choose one of %s" % (name, _plain(value), ", ".join(spec["choices"])))
+            raise BadInput(
+                "%s = %r: choose one of %s" % (name, _plain(value), ", ".join(spec["choices"]))
+            )
         return value
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or isinstance(_plain(value), str):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or isinstance(_plain(value), str)
+    ):
         raise BadInput("%s = %s: give a finite number" % (name, _plain(value)))
     if not spec["low"] <= value <= spec["high"]:
-        raise BadInput("%s = %r: give a value from %g to %g" % (name, value, spec["low"], spec["high"]))
+        raise BadInput(
+            "%s = %r: give a value from %g to %g" % (name, value, spec["low"], spec["high"])
+        )
     if spec["unit"] == "integer":
         if value != int(value):
             raise BadInput("%s = %r: give a whole number" % (name, value))
@@ -67,16 +90,19 @@ def _checked_value(name, spec, value):
 
 
 def write_record(folder, run_id, record, curves):
-    """Write <run_id>.npz (arrays), then <run_id>.json, each atomically: a record that exists is complete.
+    """Write <run_id>.npz (arrays), then <run_id>.json, each atomically: what exists is complete.
 
-    The record gets a seal, a hash over all the rest: a number that a failing disk turns into another one is noticed.
-    Raises ValueError if the record holds a NaN or an infinity.
+    The record gets a seal, a hash over all the rest: a number that a failing disk turns into
+    another one is noticed. Raises ValueError if the record holds a NaN or an infinity.
     """
     os.makedirs(folder, exist_ok=True)
     if curves:
         import numpy as np
 
-        _replace(os.path.join(folder, run_id + ".npz"), lambda stream: np.savez_compressed(stream, **curves))
+        _replace(
+            os.path.join(folder, run_id + ".npz"),
+            lambda stream: np.savez_compressed(stream, **curves),
+        )
     seal = hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()[:16]
     text = json.dumps({**record, "seal": seal}, indent=1, sort_keys=True, allow_nan=False) + "\n"
     _replace(os.path.join(folder, run_id + ".json"), lambda stream: stream.write(text.encode()))

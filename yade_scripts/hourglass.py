@@ -1,4 +1,4 @@
-"""Hourglass: pour grains into a flat-bottomed cylinder, pull the plug, wait until what remains is at rest.
+"""Hourglass: fill a flat-bottomed cylinder, pull the plug, wait until the rest is at rest.
 
 By hand:          yade -n -x hourglass.py
 One table line:   YADE_BATCH=runs.table:2 yade -n -x hourglass.py
@@ -9,7 +9,8 @@ import os
 import sys
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))  # YADE does not put the script's folder there
+# YADE does not put the script's folder there
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 import numpy as np
 from yade import O
@@ -26,7 +27,11 @@ import walls
 
 def simulate(p, diagnostics):
     """One hourglass run; returns (status, responses, curves)."""
-    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, effects.true_neck(p) / 2
+    radius, cylinder, neck = (
+        p["particle_radius"],
+        p["cylinder_diameter"] / 2,
+        effects.true_neck(p) / 2,
+    )
     check(p)
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
@@ -45,7 +50,9 @@ def simulate(p, diagnostics):
     inside, times, passed = discharge(p, ids, diagnostics)
     final = session.positions(inside)
     status = "clogged" if np.any(np.hypot(final[:, 0], final[:, 1]) < 0.5 * neck) else "ok"
-    responses, curves = respond(p, (ids, filled), (inside, final), times, passed, status, diagnostics)
+    responses, curves = respond(
+        p, (ids, filled), (inside, final), times, passed, status, diagnostics
+    )
     return status, responses, curves
 
 
@@ -53,13 +60,20 @@ def check(p):
     """Geometry that cannot work is an input error, not a crash."""
     neck = effects.true_neck(p)
     if neck >= p["cylinder_diameter"] - 2 * p["particle_radius"]:
-        raise contract.BadInput("neck_diameter must be smaller than cylinder_diameter by more than a grain diameter")
+        raise contract.BadInput(
+            "neck_diameter must be smaller than cylinder_diameter by more than a grain diameter"
+        )
     if neck <= 2 * p["particle_radius"]:
-        raise contract.BadInput("neck_diameter is below a grain diameter: nothing can pass; widen the neck")
+        raise contract.BadInput(
+            "neck_diameter is below a grain diameter: nothing can pass; widen the neck"
+        )
 
 
 def discharge(p, ids, diagnostics):
-    """Release; grains are erased once they are clear of the neck. Returns ids left, times [s] and masses passed [kg]."""
+    """Release; grains are erased once they are clear of the neck.
+
+    Returns ids left, times [s] and masses passed [kg].
+    """
     radius, released, clock = p["particle_radius"], O.time, time.process_time()
     not_before = released + stop.fall_time(p["neck_diameter"], material.GRAVITY)
     state = dict(zip(ids, session.states_of(ids), strict=True))
@@ -88,18 +102,29 @@ def discharge(p, ids, diagnostics):
 
 
 def respond(p, filled, final, times, passed, status, diagnostics):
-    """Bulk responses and curves from what the run left behind; filled and final are ids and centres (n, 3) [m]."""
+    """Bulk responses and curves of a run; filled and final are ids and centres (n, 3) [m]."""
     cylinder = p["cylinder_diameter"] / 2
     (ids, filled), (left, final) = filled, final
     mass, residual = session.total_mass(p, ids), session.total_mass(p, left)
     x, y, height = measure.height_map(filled, session.radii(p, ids), cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
-    volume = measure.filled_volume(x, y, height, section) * np.pi * cylinder**2 / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
+    volume = (
+        measure.filled_volume(x, y, height, section)
+        * np.pi
+        * cylinder**2
+        / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
+    )
     diagnostics["filled_height"] = volume / (np.pi * cylinder**2)
     responses = dict(bulk_density=mass / volume)
-    curves = dict(time=times, passed_mass=passed, filled=filled.astype("f4"), final=final.astype("f4"))
+    curves = dict(
+        time=times, passed_mass=passed, filled=filled.astype("f4"), final=final.astype("f4")
+    )
     if status == "ok":
-        responses.update(residual_mass=residual, residual_fraction=session.share(p, left, ids), discharge_time=times[-1])
+        responses.update(
+            residual_mass=residual,
+            residual_fraction=session.share(p, left, ids),
+            discharge_time=times[-1],
+        )
         responses.update(measure.discharge_features(times, passed))
         responses.update(crater(p, left, final, responses["bulk_density"], curves))
     return {name: float(value) for name, value in responses.items()}, curves
@@ -107,18 +132,29 @@ def respond(p, filled, final, times, passed, status, diagnostics):
 
 def crater(p, left, final, bulk_density, curves):
     """Angle, curvature and asymmetry of the drained slope."""
-    radius, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
+    radius, cylinder, neck = (
+        p["particle_radius"],
+        p["cylinder_diameter"] / 2,
+        p["neck_diameter"] / 2,
+    )
     x, y, height = measure.height_map(final, session.radii(p, left), cylinder, cylinder)
     rho = np.hypot(x[:, None], y[None, :])
-    # One grain diameter at the neck (its edge is ragged) and one at the wall (grains stand in layers there) are left out.
+    # One grain diameter at the neck (its edge is ragged) and one at the wall (grains stand in
+    # layers there) are left out.
     slope_part, ring = (rho > neck + 2 * radius) & (rho < cylinder - 2 * radius), radius / 2
-    curves["profile_radius"], curves["profile_height"] = measure.radial_profile(x, y, height, radius)
+    curves["profile_radius"], curves["profile_height"] = measure.radial_profile(
+        x, y, height, radius
+    )
     fit = measure.fit_slope(*measure.radial_profile(x, y, height, ring, slope_part))
     volume = session.total_mass(p, left) / bulk_density
-    responses = dict(drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck))
+    responses = dict(
+        drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck)
+    )
     if fit:
         responses.update(
-            drained_angle_of_repose_deg=fit["angle"], drained_angle_error_deg=fit["error"], drained_curvature=fit["curvature"]
+            drained_angle_of_repose_deg=fit["angle"],
+            drained_angle_error_deg=fit["error"],
+            drained_curvature=fit["curvature"],
         )
         tilt = measure.asymmetry(x, y, height, ring, slope_part)
         if tilt is not None:

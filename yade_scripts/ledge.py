@@ -1,4 +1,4 @@
-"""Ledge: fill a box that is periodic front and back, open its flap, wait until the slope is at rest.
+"""Ledge: fill a box, periodic front and back, open its flap, wait until the slope rests.
 
 By hand:          yade -n -x ledge.py
 One table line:   YADE_BATCH=runs.table:2 yade -n -x ledge.py
@@ -9,7 +9,8 @@ import os
 import sys
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))  # YADE does not put the script's folder there
+# YADE does not put the script's folder there
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 import numpy as np
 from yade import O
@@ -24,10 +25,16 @@ import walls
 
 
 def simulate(p, diagnostics):
-    """One ledge run; returns (status, responses, curves). The back wall is x = 0, the edge x = L."""
+    """One ledge run; returns (status, responses, curves).
+
+    The back wall is x = 0, the edge x = L.
+    """
     radius, length, width = p["particle_radius"], p["box_length"], p["box_width"]
     if width < 6 * radius:
-        raise contract.BadInput("box_width must be at least three grain diameters; widen the box or choose smaller grains")
+        raise contract.BadInput(
+            "box_width must be at least three grain diameters; widen the box or choose smaller"
+            " grains"
+        )
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, length * width * p["fill_height"])
@@ -42,16 +49,18 @@ def simulate(p, diagnostics):
         rng,
     ) + (length / 2, width / 2, 0)
     top = centres[:, 2].max() + 10 * radius
-    # YADE's cell is periodic in all three directions: in x and z it is so long that nothing meets its image and no wall
-    # exceeds half of it.
-    # The cell starts at the origin, so walls and grains stand clear of x = 0 and z = 0 by an offset.
+    # YADE's cell is periodic in all three directions: in x and z it is so long that nothing meets
+    # its image and no wall exceeds half of it. The cell starts at the origin, so walls and grains
+    # stand clear of x = 0 and z = 0 by an offset.
     offset = np.array([4 * radius, 0, 8 * radius])
     O.periodic = True
     O.cell.setBox(3 * length + 40 * radius, width, 2 * top + 40 * radius)
     ox, oz = offset[0], offset[2]
     O.bodies.append(walls.strips([(ox, oz), (ox + length, oz)], 4, width, wall))
     O.bodies.append(walls.strips([(ox, oz), (ox, oz + top)], 4, width, wall))
-    flap = O.bodies.append(walls.strips([(ox + length, oz), (ox + length, oz + top)], 4, width, wall))
+    flap = O.bodies.append(
+        walls.strips([(ox + length, oz), (ox + length, oz + top)], 4, width, wall)
+    )
     ids = session.add_grains(p, centres + offset, grain, rng)
     diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
 
@@ -62,7 +71,7 @@ def simulate(p, diagnostics):
 
 
 def wrapped(ids, offset, width):
-    """Centres (n, 3) [m] with the back wall at x = 0, the floor at z = 0 and y folded into [-W/2, W/2]."""
+    """Centres (n, 3) [m]: back wall at x = 0, floor at z = 0, y folded into [-W/2, W/2]."""
     centres = session.positions(ids) - offset
     centres[:, 1] = np.mod(centres[:, 1], width) - width / 2
     return centres
@@ -71,8 +80,8 @@ def wrapped(ids, offset, width):
 def release(p, ids, flap, diagnostics, offset):
     """Open the flap; grains are retired once they are clear of the edge. Returns the ids left.
 
-    The flap moves away horizontally, four times as fast as a grain that fell the filled height, and stops at twice the
-    length of the ledge: erasing it would be simpler, but see session.retire.
+    The flap moves away horizontally, four times as fast as a grain that fell the filled height, and
+    stops at twice the length of the ledge: erasing it would be simpler, but see session.retire.
     """
     radius, released, clock = p["particle_radius"], O.time, time.process_time()
     not_before = released + stop.fall_time(p["fill_height"], material.GRAVITY)
@@ -97,28 +106,47 @@ def release(p, ids, flap, diagnostics, offset):
 
 
 def respond(p, filled, final, diagnostics):
-    """Ledge angle, equivalent angle, curvature and residual mass; filled and final are ids and centres (n, 3) [m]."""
+    """Angles, curvature, residual mass; filled and final are ids and centres (n, 3) [m]."""
     (ids, filled), (left, final) = filled, final
-    radius, length, width, residual = p["particle_radius"], p["box_length"], p["box_width"], session.total_mass(p, left)
+    radius, length, width, residual = (
+        p["particle_radius"],
+        p["box_length"],
+        p["box_width"],
+        session.total_mass(p, left),
+    )
     centre = np.array([length / 2, 0, 0])
-    x, y, height = measure.height_map(filled - centre, session.radii(p, ids), length / 2, width / 2, period_y=width)
+    x, y, height = measure.height_map(
+        filled - centre, session.radii(p, ids), length / 2, width / 2, period_y=width
+    )
     diagnostics["filled_height"] = float(height.mean())
     bulk_density = session.total_mass(p, ids) / (height.mean() * length * width)
-    x, y, height = measure.height_map(final - centre, session.radii(p, left), length / 2, width / 2, period_y=width)
+    x, y, height = measure.height_map(
+        final - centre, session.radii(p, left), length / 2, width / 2, period_y=width
+    )
     position, profile = measure.x_profile(x + length / 2, height, radius)
     responses = dict(
         bulk_density=bulk_density,
         residual_mass=residual,
         residual_fraction=session.share(p, left, ids),
-        ledge_equivalent_angle_deg=measure.wedge_angle_from_volume(residual / bulk_density, length, width),
+        ledge_equivalent_angle_deg=measure.wedge_angle_from_volume(
+            residual / bulk_density, length, width
+        ),
     )
-    # The layered grains at the back wall, a flat that the slide did not reach, and the ragged edge are left out.
+    # The layered grains at the back wall, a flat that the slide did not reach, and the ragged edge
+    # are left out.
     fit = measure.fit_slope(*measure.between_heights(position, profile, 0.2, 0.9))
     if fit:
         responses.update(
-            ledge_angle_of_repose_deg=fit["angle"], ledge_angle_error_deg=fit["error"], ledge_curvature=fit["curvature"]
+            ledge_angle_of_repose_deg=fit["angle"],
+            ledge_angle_error_deg=fit["error"],
+            ledge_curvature=fit["curvature"],
         )
-    curves = dict(profile_x=position, profile_height=profile, filled=filled.astype("f4"), final=final.astype("f4"))
+    curves = dict(
+        profile_x=position,
+        profile_height=profile,
+        filled=filled.astype("f4"),
+        final=final.astype("f4"),
+    )
     return "ok", {name: float(value) for name, value in responses.items()}, curves
 
 

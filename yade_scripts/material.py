@@ -2,24 +2,26 @@
 
 This is the only place where friction coefficients become YADE's numbers. Three facts shape it:
 
-* YADE caps the rolling moment at eta * R_mean * |F_n|, the literature (and LIGGGHTS) at mu_r * R_eff * |F_n|
-  with R_eff = R1 R2/(R1 + R2). For two grains R_mean = (R1 + R2)/2, so eta = 2 R1 R2/(R1 + R2)^2 mu_r, which is
-  mu_r/2 for equal grains. At a wall R_eff = R, but a Hertzian wall enters YADE's mean as a sphere of
-  1e8 R, so eta = 2/(1e8 + 1) mu_r there.
+* YADE caps the rolling moment at eta * R_mean * |F_n|, the literature (and LIGGGHTS) at mu_r *
+  R_eff * |F_n| with R_eff = R1 R2/(R1 + R2). For two grains R_mean = (R1 + R2)/2, so eta = 2 R1
+  R2/(R1 + R2)^2 mu_r, which is mu_r/2 for equal grains. At a wall R_eff = R, but a Hertzian wall
+  enters YADE's mean as a sphere of 1e8 R, so eta = 2/(1e8 + 1) mu_r there.
 * eta is one number per contact functor, and only one class of functors with an eta is in every
   build of YADE. Grains and walls therefore have materials of different *classes*, FrictMatCDM (a
   FrictMat, taken for nothing but its class) and FrictMat, and YADE's class dispatch is led to one
   functor for two grains and to another one of the same class for all else: see `dispatch`.
-* YADE's damped contact ends with a stretch where the damping would pull; there YADE sets F_n = 0, and where
-  F_n = 0 it skips the cap, so that for the last steps of every collision the stiff rolling spring is unlimited
-  (tests/physics measures the spin lost in an impact). With an adhesion, however small, YADE drops the damping
-  on that stretch instead, F_n stays positive and the cap holds. YADE's own fit en -> betan does not know this
-  branch, so betan is found here by integrating the impact.
+* YADE's damped contact ends with a stretch where the damping would pull; there YADE sets F_n = 0,
+  and where F_n = 0 it skips the cap, so that for the last steps of every collision the stiff
+  rolling spring is unlimited (tests/physics measures the spin lost in an impact). With an adhesion,
+  however small, YADE drops the damping on that stretch instead, F_n stays positive and the cap
+  holds. YADE's own fit en -> betan does not know this branch, so betan is found here by integrating
+  the impact.
 
-Rolling stiffness: YADE's krot is an absolute stiffness in N m/rad that does not follow the load. The default
-"epsd2" takes the rule k_r = k_t R_eff^2 of that model at a typical static load of five grain weights, with
-k_t the Hertz-Mindlin shear stiffness, times the column rolling_stiffness_ratio. "epsd" is the soft spring
-2.25 k_n mu_r^2 R_eff^2 of the older model at the same load; it gives flatter heaps, so results of the two must not be mixed.
+Rolling stiffness: YADE's krot is an absolute stiffness in N m/rad that does not follow the load.
+The default "epsd2" takes the rule k_r = k_t R_eff^2 of that model at a typical static load of five
+grain weights, with k_t the Hertz-Mindlin shear stiffness, times the column rolling_stiffness_ratio.
+"epsd" is the soft spring 2.25 k_n mu_r^2 R_eff^2 of the older model at the same load; it gives
+flatter heaps, so results of the two must not be mixed.
 """
 
 import contextlib
@@ -30,9 +32,11 @@ from yade import FrictMat, FrictMatCDM, Ip2_FrictMat_FrictMat_MindlinPhys, IPhys
 GRAVITY = 9.81
 WALL_RADIUS_RATIO = 1e8
 LARGEST_STEP_SHARE = 0.28
-FILLING_ENERGY_RATIO = 5e-4  # kinetic energy over m g d: grains that still rock, in a heap that no longer moves
+# kinetic energy over m g d: grains that still rock, in a heap that no longer moves
+FILLING_ENERGY_RATIO = 5e-4
 SIZE_CLASSES = 7
-TOKEN_ADHESION = 1e-9  # pull-off force over grain weight: far too small to matter, it only selects YADE's branch
+# pull-off force over grain weight: far too small to matter, it only selects YADE's branch
+TOKEN_ADHESION = 1e-9
 
 
 def grain_mass(p):
@@ -41,8 +45,10 @@ def grain_mass(p):
 
 
 def size_classes(p):
-    """Radii [m] of the equally frequent sizes of grains: one, or SIZE_CLASSES in equal steps whose coefficient of variation
-    is size_spread exactly."""
+    """Radii [m] of the equally frequent sizes of grains: one, or SIZE_CLASSES in equal steps.
+
+    The coefficient of variation of the steps is size_spread exactly.
+    """
     spread = p["size_spread"]
     if spread == 0:
         return [p["particle_radius"]]
@@ -52,9 +58,10 @@ def size_classes(p):
 
 
 def clump_radius(p):
-    """Radius [m] of the two spheres of a clump with aspect ratio a whose union has the volume of a grain.
+    """Radius [m] of a clump's two spheres, whose union has the volume of a grain.
 
-    Spheres of radius R at a distance 2 R (a - 1): V = 4/3 pi R^3 (1 + 3/2 c - 1/2 c^3) with c = a - 1.
+    Spheres of radius R at a distance 2 R (a - 1): V = 4/3 pi R^3 (1 + 3/2 c - 1/2 c^3) with c = a -
+    1.
     """
     c = p["clump_aspect"] - 1
     return p["particle_radius"] / (1 + 1.5 * c - 0.5 * c**3) ** (1 / 3)
@@ -63,7 +70,8 @@ def clump_radius(p):
 def clump_inertia(p):
     """Moments of inertia [kg m2] of such a clump about its axis and across it.
 
-    By discs: the outline is that of the sphere at +h beyond the middle plane, and mirrored, with h = R c half the distance.
+    By discs: the outline is that of the sphere at +h beyond the middle plane, and mirrored, with h
+    = R c half the distance.
     """
     radius, steps = clump_radius(p), 2000
     half = radius * (p["clump_aspect"] - 1)
@@ -89,23 +97,30 @@ def largest_reach(p):
 
 
 def mean_grain_mass(p):
-    """Mean mass of the grains [kg]: the mean of (1 + cv z)^3 over sizes z symmetric about 0 with variance 1 is 1 + 3 cv^2."""
+    """Mean mass of the grains [kg].
+
+    The mean of (1 + cv z)^3 over sizes z symmetric about 0 with variance 1 is 1 + 3 cv^2.
+    """
     return grain_mass(p) * (1 + 3 * p["size_spread"] ** 2)
 
 
 def rayleigh_time(p):
-    """T_R = pi r sqrt(rho/G)/(0.163 nu + 0.8766) [s], Eq. (2) of the reference paper; G = E/(2 (1 + nu))."""
+    """T_R = pi r sqrt(rho/G)/(0.163 nu + 0.8766) [s], Eq.
+
+    (2) of the reference paper; G = E/(2 (1 + nu)).
+    """
     shear = p["young_modulus"] / (2 * (1 + p["poisson_ratio"]))
     root = math.sqrt(p["particle_density"] / shear)
     return math.pi * p["particle_radius"] * root / (0.163 * p["poisson_ratio"] + 0.8766)
 
 
 def time_step(p):
-    """The fixed step where the request has one, else its fraction of the Rayleigh time, or less for soft grains [s].
+    """The fixed step [s] of the request, else its share of the Rayleigh time, or less if soft.
 
-    The fraction bounds the error of single impacts. For grains that are soft for their weight another limit comes
-    first: single grains between two others rock and never come to rest. It goes with the period of a grain on
-    the springs of its resting contacts, and was found by trial (benchmarks/step_limit.py).
+    The fraction bounds the error of single impacts. For grains that are soft for their weight
+    another limit comes first: single grains between two others rock and never come to rest. It goes
+    with the period of a grain on the springs of its resting contacts, and was found by trial
+    (benchmarks/runs/step_limit.py).
     """
     p = dict(p, particle_radius=smallest_radius(p))  # the smallest spheres are the fastest
     inertia = 0.4 * grain_mass(p) * p["particle_radius"] ** 2
@@ -115,7 +130,10 @@ def time_step(p):
 
 def filling_energy(p):
     """Mean kinetic energy per grain at which a filling counts as settled [J]."""
-    return p["filling_kinetic_energy"] or FILLING_ENERGY_RATIO * grain_mass(p) * GRAVITY * 2 * p["particle_radius"]
+    return (
+        p["filling_kinetic_energy"]
+        or FILLING_ENERGY_RATIO * grain_mass(p) * GRAVITY * 2 * p["particle_radius"]
+    )
 
 
 def grain_eta(rolling_friction, r1=1.0, r2=1.0):
@@ -129,7 +147,10 @@ def wall_eta(rolling_friction):
 
 
 def rolling_stiffness(p, effective_radius):
-    """krot [N m/rad] of a contact with the given R_eff [m]; 0 where mu_r is 0, because YADE reads eta = 0 as no cap."""
+    """krot [N m/rad] of a contact with the given R_eff [m].
+
+    It is 0 where mu_r is 0, because YADE reads eta = 0 as no cap.
+    """
     if p["rolling_friction"] == 0:
         return 0.0
     if p["rolling_spring"] == "epsd":
@@ -151,7 +172,7 @@ def static_contact_radius(p, effective_radius):
 
 
 def stiff_rolling_spring(p, effective_radius):
-    """krot of "epsd2" [N m/rad]: rolling_stiffness_ratio k_t R_eff^2, with the shear stiffness k_t = 8 G* a."""
+    """krot of "epsd2" [N m/rad]: rolling_stiffness_ratio k_t R_eff^2, with k_t = 8 G* a."""
     nu = p["poisson_ratio"]
     g_star = p["young_modulus"] / (2 * (1 + nu)) / (2 * (2 - nu))
     shear = 8 * g_star * static_contact_radius(p, effective_radius)
@@ -159,20 +180,21 @@ def stiff_rolling_spring(p, effective_radius):
 
 
 def turning_spring(p):
-    """Stiffness [N m/rad] that bounds the step: half of what a contact of two grains resists a turning one with.
+    """Stiffness [N m/rad] that bounds the step: half of what resists a turning grain at a contact.
 
-    The shear spring turns it by k_t r^2, the rolling spring by its ratio times k_t r^2/4. Half, because
-    LARGEST_STEP_SHARE was found with equal ones, at a ratio of 4, and is a share of sqrt(I/krot) there.
+    The shear spring turns it by k_t r^2, the rolling spring by its ratio times k_t r^2/4. Half,
+    because LARGEST_STEP_SHARE was found with equal ones, at a ratio of 4, and is a share of
+    sqrt(I/krot) there.
     """
     ratio = 0.5 * (4.0 + p["rolling_stiffness_ratio"])
     return stiff_rolling_spring(dict(p, rolling_stiffness_ratio=ratio), p["particle_radius"] / 2)
 
 
 def restitution_of(betan, steps=1000):
-    """Restitution of an impact under the law used here: Hertz spring and damping 2 betan sqrt(m k_n).
+    """Restitution of an impact: Hertz spring and damping 2 betan sqrt(m k_n).
 
-    The damping is dropped where the sum would pull. In units where mass, F_n/delta^1.5 and impact speed are 1, the
-    result depends on betan alone.
+    The damping is dropped where the sum would pull. In units where mass, F_n/delta^1.5 and impact
+    speed are 1, the result depends on betan alone.
     """
     x, v, dt = 0.0, 1.0, 4.0 / steps
     while x >= 0:
@@ -198,7 +220,7 @@ def token_adhesion(p, effective_radius):
 
 
 def materials(p):
-    """(grain material, wall material): same elasticity and friction, different classes for the dispatch."""
+    """Grain and wall material: same elasticity and friction, other classes for the dispatch."""
     common = dict(
         young=p["young_modulus"],
         poisson=p["poisson_ratio"],
@@ -212,10 +234,16 @@ def contact_functors(p):
     """The two functors that turn materials into contacts: grain-grain and grain-wall."""
     r, betan = p["particle_radius"], damping_ratio(p["restitution"])
     between_grains = Ip2_FrictMat_FrictMat_MindlinPhys(
-        betan=betan, eta=grain_eta(p["rolling_friction"]), krot=rolling_stiffness(p, r / 2), gamma=token_adhesion(p, r / 2)
+        betan=betan,
+        eta=grain_eta(p["rolling_friction"]),
+        krot=rolling_stiffness(p, r / 2),
+        gamma=token_adhesion(p, r / 2),
     )
     at_walls = Ip2_FrictMat_FrictMat_MindlinPhys(
-        betan=betan, eta=wall_eta(p["rolling_friction"]), krot=rolling_stiffness(p, r), gamma=token_adhesion(p, r)
+        betan=betan,
+        eta=wall_eta(p["rolling_friction"]),
+        krot=rolling_stiffness(p, r),
+        gamma=token_adhesion(p, r),
     )
     return [between_grains, at_walls]
 

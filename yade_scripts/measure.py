@@ -3,8 +3,9 @@
 Pure numpy: importable without YADE, and tested on shapes whose answer can be written down.
 All angles are in degrees, everything else in SI units.
 
-The free surface is *scanned*, as a laser would: `height_map` gives, on a fine raster, the height of the
-highest grain surface under each pixel. Every angle is a straight line fitted to a profile of that map.
+The free surface is *scanned*, as a laser would: `height_map` gives, on a fine raster, the height of
+the highest grain surface under each pixel. Every angle is a straight line fitted to a profile of
+that map.
 """
 
 import numpy as np
@@ -47,7 +48,10 @@ def _pixel_centres(half, pixel):
 
 
 def filled_volume(x, y, height, inside):
-    """Volume under the scanned surface [m3]; `inside` (nx, ny) marks the pixels of the vessel's cross-section."""
+    """Volume under the scanned surface [m3];
+
+    `inside` (nx, ny) marks the pixels of the vessel's cross-section.
+    """
     pixel_area = (x[1] - x[0]) * (y[1] - y[0])
     return float(height[inside].sum() * pixel_area)
 
@@ -55,7 +59,8 @@ def filled_volume(x, y, height, inside):
 def radial_profile(x, y, height, width, sector=None):
     """Azimuthal mean of a height map in rings of the given width [m].
 
-    `sector` (nx, ny) of booleans restricts it to part of the raster. Returns ring radii and mean heights (k,).
+    `sector` (nx, ny) of booleans restricts it to part of the raster. Returns ring radii and mean
+    heights (k,).
     """
     rho = np.hypot(x[:, None], y[None, :])
     keep = rho < min(x.max(), y.max()) if sector is None else sector & (rho < min(x.max(), y.max()))
@@ -80,9 +85,9 @@ def _binned(position, value, width):
 def fit_slope(position, height):
     """Least-squares line through a profile.
 
-    Returns angle [deg], its standard error [deg] (scatter of the profile about the line, delta method),
-    curvature [1/m] (second derivative of the fitted parabola) and intercept [m]; None where fewer than
-    four points are given.
+    Returns angle [deg], its standard error [deg] (scatter of the profile about the line, delta
+    method), curvature [1/m] (second derivative of the fitted parabola) and intercept [m]; None
+    where fewer than four points are given.
     """
     if len(position) < 4:
         return None
@@ -99,10 +104,10 @@ def fit_slope(position, height):
 
 
 def asymmetry(x, y, height, width, part, cut=lambda position, profile: (position, profile)):
-    """Half the difference of the slope angles [deg] on the +x and on the -x side of an axisymmetric heap or crater.
+    """Half the difference of the slope angles [deg] on the +x and -x sides of a round heap.
 
-    part (nx, ny) marks the pixels that belong to the slope; cut takes and returns (position, profile) before the fit.
-    None where one side has too few rings.
+    part (nx, ny) marks the pixels that belong to the slope; cut takes and returns (position,
+    profile) before the fit. None where one side has too few rings.
     """
     sides = [part & (x > 0)[:, None], part & (x < 0)[:, None]]
     fits = [fit_slope(*cut(*radial_profile(x, y, height, width, side))) for side in sides]
@@ -110,7 +115,7 @@ def asymmetry(x, y, height, width, part, cut=lambda position, profile: (position
 
 
 def between_heights(position, height, low, high):
-    """The part of a profile from its highest point outwards whose height lies between two shares of that maximum.
+    """The outward part of a profile with heights between two shares of its maximum.
 
     Cuts off the rounded apex and the thin toe of a heap before a line is fitted.
     """
@@ -127,18 +132,24 @@ def crater_angle_from_volume(volume, cylinder_radius, neck_radius):
     V = 2 pi tan(theta) [(R^3 - a^3)/3 - a (R^2 - a^2)/2].
     """
     R, a = cylinder_radius, neck_radius
-    return float(np.degrees(np.arctan(volume / (2 * np.pi * ((R**3 - a**3) / 3 - a * (R**2 - a**2) / 2)))))
+    return float(
+        np.degrees(np.arctan(volume / (2 * np.pi * ((R**3 - a**3) / 3 - a * (R**2 - a**2) / 2))))
+    )
 
 
 def wedge_angle_from_volume(volume, length, width):
-    """Angle [deg] of the wedge of length L and width W that holds `volume` [m3]: V = W L^2 tan(theta)/2."""
+    """Angle [deg] of the wedge of length L and width W that holds `volume` [m3]:
+
+    V = W L^2 tan(theta)/2.
+    """
     return float(np.degrees(np.arctan(2 * volume / (width * length**2))))
 
 
 def cone_angle_from_moments(x, y, height):
     """Angle [deg] of the cone with the same volume and the same height moment as the scanned heap.
 
-    A cone of height h has its centre of mass at h/4; with V = pi R^2 h/3 this gives tan(theta) = h/R.
+    A cone of height h has its centre of mass at h/4; with V = pi R^2 h/3 this gives tan(theta) =
+    h/R.
     """
     pixel_area = (x[1] - x[0]) * (y[1] - y[0])
     volume = height.sum() * pixel_area
@@ -149,9 +160,10 @@ def cone_angle_from_moments(x, y, height):
 def discharge_features(time, mass):
     """Features of the mass-time curve of a discharge.
 
-    time (n,) [s] since the plug was removed; mass (n,) [kg] that has passed the neck, non-decreasing.
-    Returns mass_flow_rate [kg/s], late_early_ratio, onset_delay [s], rate_fluctuation and emptying_time [s];
-    an empty dict where less than ten samples lie on the steady part.
+    time (n,) [s] since the plug was removed; mass (n,) [kg] that has passed the neck,
+    non-decreasing. Returns mass_flow_rate [kg/s], late_early_ratio, onset_delay [s],
+    rate_fluctuation and emptying_time [s]; an empty dict where less than ten samples lie on the
+    steady part.
     """
     time, mass = np.asarray(time, float), np.asarray(mass, float)
     share = mass / mass[-1] if mass[-1] > 0 else mass

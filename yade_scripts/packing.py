@@ -1,4 +1,7 @@
-"""The falling cloud of grains that a filling starts from, and the polygons that stand for circles. Pure numpy."""
+"""The falling cloud of grains that a filling starts from, and the polygons that stand for circles.
+
+Pure numpy.
+"""
 
 import math
 
@@ -27,12 +30,13 @@ def inscribed_radius(radius):
 def cloud(count, radius, fraction, inside, half_x, half_y, clearance, rng):
     """Centres (count, 3) [m] of a loose random cloud, sorted from bottom to top.
 
-    A cubic lattice of packing fraction `fraction` is shifted at random and every site is jittered within its
-    cell, so grains never overlap and no two seeds agree. inside(x, y, margin) says where a grain is that far from the
-    walls. A round wall cuts the corners of some cells, so jittered grains are tested as well: one that overlapped a wall
-    by a tenth of its radius would be shot off at a metre a second, over the rim even.
-    Creating grains in this spatial order makes YADE about a third faster than a random order.
-    Raises ValueError where the vessel is too narrow for a single grain.
+    A cubic lattice of packing fraction `fraction` is shifted at random and every site is jittered
+    within its cell, so grains never overlap and no two seeds agree. inside(x, y, margin) says where
+    a grain is that far from the walls. A round wall cuts the corners of some cells, so jittered
+    grains are tested as well: one that overlapped a wall by a tenth of its radius would be shot off
+    at a metre a second, over the rim even. Creating grains in this spatial order makes YADE about a
+    third faster than a random order. Raises ValueError where the vessel is too narrow for a single
+    grain.
     """
     spacing = 2 * radius * (np.pi / (6 * fraction)) ** (1 / 3)
     play = 0.5 * (spacing - 2 * radius)
@@ -54,7 +58,7 @@ def cloud(count, radius, fraction, inside, half_x, half_y, clearance, rng):
 
 
 def cloud_in_cylinder(p, count, radius, rng):
-    """The cloud (count, 3) [m] of grains up to a radius [m] over the request's cylinder, which stands around the z axis."""
+    """The cloud (count, 3) [m] of grains up to a radius [m] over a cylinder about the z axis."""
     half = inscribed_radius(p["cylinder_diameter"] / 2)
 
     def inside(x, y, margin):

@@ -1,4 +1,4 @@
-"""What every set-up script does around its simulation: read the request, build the scene, write the record."""
+"""What every set-up script does around its simulation: request, scene, record."""
 
 import ctypes
 import hashlib
@@ -40,9 +40,10 @@ NOMINAL_FRACTION = 0.57
 def main(setup, simulate):
     """Run one request and write its record to ./records.
 
-    The request is the line of the yade-batch table named by YADE_BATCH, or the defaults of contract.json. One table may
-    serve several set-ups, so columns that belong to another one are passed over.
-    simulate(p, diagnostics) returns (status, responses, curves); its exceptions become the record's status.
+    The request is the line of the yade-batch table named by YADE_BATCH, or the defaults of
+    contract.json. One table may serve several set-ups, so columns that belong to another one are
+    passed over. simulate(p, diagnostics) returns (status, responses, curves); its exceptions become
+    the record's status.
     """
     defaults = {name: spec["default"] for name, spec in contract.CONTRACT["parameters"].items()}
     utils.readParamsFromTable(noTableOk=True, unknownOk=False, **defaults)
@@ -50,7 +51,12 @@ def main(setup, simulate):
 
     given = {name: getattr(table, name) for name in contract.parameters_of(setup)}
     started, diagnostics = time.time(), {}
-    record = dict(schema=contract.CONTRACT["schema"], setup=setup, run_id=_run_id(setup), parameters=contract.echoed(given))
+    record = dict(
+        schema=contract.CONTRACT["schema"],
+        setup=setup,
+        run_id=_run_id(setup),
+        parameters=contract.echoed(given),
+    )
     curves = {}
     try:
         p = contract.checked(setup, given)
@@ -66,10 +72,17 @@ def main(setup, simulate):
         record["traceback"] = traceback.format_exc()
     record["diagnostics"] = diagnostics
     record["provenance"] = dict(
-        yade=config.version, scripts=scripts_hash(), host=platform.node(), started=started, wall_time=time.time() - started
+        yade=config.version,
+        scripts=scripts_hash(),
+        host=platform.node(),
+        started=started,
+        wall_time=time.time() - started,
     )
     contract.write_record("records", record["run_id"], record, curves)
-    print("%s: %s%s" % (record["run_id"], record["status"], ": " + record["error"] if record["error"] else ""))
+    print(
+        "%s: %s%s"
+        % (record["run_id"], record["status"], ": " + record["error"] if record["error"] else "")
+    )
 
 
 def _run_id(setup):
@@ -89,7 +102,7 @@ def scripts_hash():
 
 
 def engines(p):
-    """YADE's loop: damping 0, Hertz-Mindlin with moments, and a collider margin in the flat part of its optimum."""
+    """YADE's loop: damping 0, Hertz-Mindlin with moments, a collider margin near its optimum."""
     between_grains, at_walls = material.contact_functors(p)
     integrator = NewtonIntegrator(damping=0, gravity=(0, 0, -material.GRAVITY))
     effects.start(p, between_grains, at_walls, integrator)
@@ -105,28 +118,33 @@ def engines(p):
     material.dispatch(contacts.physDispatcher, between_grains, at_walls)
     return [
         ForceResetter(),
-        InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()], verletDist=0.2 * p["particle_radius"]),
+        InsertionSortCollider(
+            [Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()],
+            verletDist=0.2 * p["particle_radius"],
+        ),
         contacts,
         integrator,
     ]
 
 
 def silence_log():
-    """Switch YADE's log off where that is possible: its filter looks at every grain that is near a facet, every step.
+    """Switch YADE's log off where that is possible: it looks at every grain near a facet.
 
-    That takes about a tenth of a run (benchmarks/dem_cost.py), at any log level, and Python has no switch for it. What
-    goes wrong raises exceptions, which are kept in the record.
+    That takes a tenth of a run (benchmarks/runs/dem_cost.py), and Python has no switch for it.
+    What goes wrong raises exceptions, which are kept in the record.
     """
     try:
         library, core = ctypes.CDLL(None), (ctypes.c_void_p * 2)()
         library._ZN5boost3log11v2_mt_posix4core3getEv(ctypes.byref(core))
-        library._ZN5boost3log11v2_mt_posix4core19set_logging_enabledEb(ctypes.c_void_p(core[0]), ctypes.c_bool(False))
+        library._ZN5boost3log11v2_mt_posix4core19set_logging_enabledEb(
+            ctypes.c_void_p(core[0]), ctypes.c_bool(False)
+        )
     except AttributeError:
         pass  # another build of YADE, with another log
 
 
 def states_of(ids):
-    """The grains' states: asking the scene for a body by its number costs more than reading its state."""
+    """The grains' states: asking for a body by number costs more than reading its state."""
     return [O.bodies[i].state for i in ids]
 
 
@@ -145,23 +163,31 @@ def start(p):
 
 def grains_for_volume(p, volume):
     """Number of grains that fill a volume [m3] at the nominal packing fraction."""
-    return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / material.mean_grain_mass(p))))
+    mass = NOMINAL_FRACTION * volume * p["particle_density"]
+    return max(1, int(round(mass / material.mean_grain_mass(p))))
 
 
 def add_grains(p, centres, grain, rng):
     """Create the grains, moving down at the pouring velocity and at random; returns their ids.
 
-    The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its lattice; without it the
-    filled density scatters more from seed to seed.
+    The random part, half of sqrt(g d) in each direction, makes the falling cloud forget its
+    lattice; without it the filled density scatters more from seed to seed.
     """
     if effects.is_on(p, "clump_aspect"):
         return _launched(p, _add_clumps(p, centres, grain, rng), rng)
     radii, sizes = material.size_classes(p), [0] * len(centres)
     if len(radii) > 1:
         sizes = rng.permutation(len(centres)) % len(radii)
-    ids = O.bodies.append([utils.sphere(tuple(c), radii[s], material=grain) for c, s in zip(centres, sizes, strict=True)])
+    ids = O.bodies.append(
+        [
+            utils.sphere(tuple(c), radii[s], material=grain)
+            for c, s in zip(centres, sizes, strict=True)
+        ]
+    )
     if len(radii) > 1:
-        _sizes.update({i: (radii[s], O.bodies[i].state.mass) for i, s in zip(ids, sizes, strict=True)})
+        _sizes.update(
+            {i: (radii[s], O.bodies[i].state.mass) for i, s in zip(ids, sizes, strict=True)}
+        )
     return _launched(p, ids, rng)
 
 
@@ -169,7 +195,9 @@ def _add_clumps(p, centres, grain, rng):
     """Clumps of two spheres; returns the ids of the clumps and remembers their spheres."""
     radius, ids = material.clump_radius(p), []
     for pair in effects.two_spheres(p, centres, rng):
-        clump, members = O.bodies.appendClumped([utils.sphere(tuple(c), radius, material=grain) for c in pair], discretization=10)
+        clump, members = O.bodies.appendClumped(
+            [utils.sphere(tuple(c), radius, material=grain) for c in pair], discretization=10
+        )
         effects.weigh_clump(p, O.bodies[clump], [O.bodies[i] for i in members])
         _members[clump] = members
         ids.append(clump)
@@ -192,7 +220,7 @@ def _launched(p, ids, rng):
 
 
 def pouring_rate(p, centres):
-    """Mass over the time between the arrival of the lowest and of the highest grain in free fall [kg/s]."""
+    """Mass over the time in which the cloud arrives in free fall [kg/s]."""
     g, v = material.GRAVITY, p["pouring_velocity"]
     low, high = (((v * v + 2 * g * z) ** 0.5 - v) / g for z in (centres[0][2], centres[-1][2]))
     return len(centres) * material.grain_mass(p) / (high - low) if high > low else 0.0
@@ -204,11 +232,16 @@ def fill(p, ids, diagnostics):
     Raises NotSettled where a grain has left the vessel: it would fall for ever.
     """
     begin, states, energy = O.time, states_of(ids), material.filling_energy(p)
-    not_before, lost = begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2, -10 * material.largest_reach(p)
+    not_before, lost = (
+        begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2,
+        -10 * material.largest_reach(p),
+    )
 
     def settled():
         if any(state.pos[2] < lost for state in states):
-            raise stop.NotSettled("filling: a grain has left the vessel: try another seed or a lower pouring_velocity")
+            raise stop.NotSettled(
+                "filling: a grain has left the vessel: try another seed or a lower pouring_velocity"
+            )
         return O.time > not_before and kinetic_energy(p, states) < energy
 
     clock = time.process_time()
@@ -243,10 +276,11 @@ def erase(i):
 
 
 def retire(ids, shift):
-    """Take grains out of a periodic scene: set aside by `shift` [m], frozen, and in no collision group.
+    """Take grains out of a periodic scene: set aside by `shift` [m], frozen, in no group.
 
-    Erasing them would be simpler, but YADE's periodic collider can then sort for ever (three ledges of six hung).
-    Freezing them where they are would not do: pairs that the collider has already found stay in contact.
+    Erasing them would be simpler, but YADE's periodic collider can then sort for ever (three ledges
+    of six hung). Freezing them where they are would not do: pairs that the collider has already
+    found stay in contact.
     """
     for i in ids:
         body = O.bodies[i]
@@ -279,9 +313,9 @@ def radii(p, ids):
 def at_rest(p, ids, states):
     """Whether the grains' mean translational kinetic energy is below the request's.
 
-    Of clumps those are left out that stand on end and spin about their only contact, as single spheres do, too
-    (stop.mean_kinetic_energy): a clump's centre is not quite above the contact and circles with it. Nothing is at rest on a
-    set-up that still vibrates.
+    Of clumps those are left out that stand on end and spin about their only contact, as single
+    spheres do, too (stop.mean_kinetic_energy): a clump's centre is not quite above the contact and
+    circles with it. Nothing is at rest on a set-up that still vibrates.
     """
     if effects.shakes():
         return False

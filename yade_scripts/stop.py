@@ -15,8 +15,9 @@ class NotSettled(Exception):
 def run_until(look, interval, longest, what):
     """Step until look() is true.
 
-    look is called every `interval` seconds of simulated time, inside one single O.run: separate short runs cost
-    40 ms each. Raises NotSettled after `longest` seconds, and whatever look() raises.
+    look is called every `interval` seconds of simulated time, inside one single O.run: separate
+    short runs cost 40 ms each. Raises NotSettled after `longest` seconds, and whatever look()
+    raises.
     """
     end = O.time + longest
 
@@ -30,10 +31,13 @@ def run_until(look, interval, longest, what):
     _watch.update(look=guarded, error=None)
     every = max(1, int(round(interval / O.dt)))
     engines = list(O.engines)
-    O.engines = engines + [PyRunner(command="import stop; stop._look()", iterPeriod=every, initRun=False)]
+    O.engines = engines + [
+        PyRunner(command="import stop; stop._look()", iterPeriod=every, initRun=False)
+    ]
     O.run(-1, True)
-    # YADE calls itself paused as soon as it is told to, and the step may still be on its way. Engines that are set within a
-    # step take their turn after it, and would then replace those of the next wait, which would never look.
+    # YADE calls itself paused as soon as it is told to, and the step may still be on its way.
+    # Engines that are set within a step take their turn after it, and would then replace those of
+    # the next wait, which would never look.
     while O.subStep >= 0:
         time.sleep(1e-4)
     O.engines = engines
@@ -42,7 +46,8 @@ def run_until(look, interval, longest, what):
 
 
 def _look():
-    # An exception, or sys.exit(), inside a PyRunner would hang YADE for ever: keep it and pause instead.
+    # An exception, or sys.exit(), inside a PyRunner would hang YADE for ever: keep it and pause
+    # instead.
     try:
         if _watch["look"]():
             O.pause()
@@ -54,8 +59,8 @@ def _look():
 def mean_kinetic_energy(states, mass=None):
     """Mean translational kinetic energy of grains of one mass [kg], or of each one's own [J].
 
-    Translational only: a few grains spin about a vertical contact normal for ever, because nothing in the model
-    resists that, and YADE's own kineticEnergy() would count them.
+    Translational only: a few grains spin about a vertical contact normal for ever, because nothing
+    in the model resists that, and YADE's own kineticEnergy() would count them.
     """
     total = 0.0
     for state in states:

@@ -1,4 +1,7 @@
-"""Vessels built from facets. A polygon replaces each circle, sized so that its area is the circle's."""
+"""Vessels built from facets.
+
+A polygon replaces each circle, sized so that its area is the circle's.
+"""
 
 from yade import utils
 
@@ -10,7 +13,10 @@ def _between(lower, upper, material):
     facets = []
     for i in range(len(lower)):
         a, b, c, d = lower[i - 1], lower[i], upper[i], upper[i - 1]
-        facets += [utils.facet([a, b, c], material=material), utils.facet([a, c, d], material=material)]
+        facets += [
+            utils.facet([a, b, c], material=material),
+            utils.facet([a, c, d], material=material),
+        ]
     return facets
 
 
@@ -27,11 +33,13 @@ def annulus(inner, outer, material):
 def disk(radius, material):
     """Flat disk at z = 0."""
     ring = packing.ring(radius, 0.0)
-    return [utils.facet([(0, 0, 0), ring[i - 1], ring[i]], material=material) for i in range(len(ring))]
+    return [
+        utils.facet([(0, 0, 0), ring[i - 1], ring[i]], material=material) for i in range(len(ring))
+    ]
 
 
 def strips(corners, count, period, material):
-    """A plane that spans one period in y, cut into strips so that none is longer than YADE's periodic cell allows.
+    """A plane spanning one period in y, cut into strips as short as YADE's cell allows.
 
     corners : the two (x, z) ends of the plane's trace.
     """
@@ -40,5 +48,8 @@ def strips(corners, count, period, material):
     for i in range(count):
         y0, y1 = period * i / count, period * (i + 1) / count
         a, b, c, d = (xa, y0, za), (xb, y0, zb), (xb, y1, zb), (xa, y1, za)
-        facets += [utils.facet([a, b, c], material=material), utils.facet([a, c, d], material=material)]
+        facets += [
+            utils.facet([a, b, c], material=material),
+            utils.facet([a, c, d], material=material),
+        ]
     return facets

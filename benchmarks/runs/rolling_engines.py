@@ -18,12 +18,12 @@ import numpy as np
 
 from benchmarks.runs.dem import core_seconds
 from benchmarks.runs.liggghts_hourglass import read_centres, write_facets
+from benchmarks.runs.rolling_grains import cloud, tube, write_grains
+from benchmarks.runs.rolling_scans import grain_mass, passed, responses
 from calibrator.case.physics import GRAVITY, rayleigh_time, time_step
 from calibrator.runs.request import Request
-from calibrator.runs.setups import NOMINAL_FRACTION
 
-import measure  # isort: skip  (benchmarks.runs.dem puts the scripts' folder on the path)
-import packing  # isort: skip
+import packing  # isort: skip  (benchmarks.runs.dem puts the scripts' folder on the path)
 
 COMMANDS = {"LAMMPS": "lmp", "LAMMPS displacement": "lmp", "LIGGGHTS": "liggghts"}
 SHEAR = {"LAMMPS": "mindlin/force", "LAMMPS displacement": "mindlin"}
@@ -102,67 +102,6 @@ def shear_stiffness(p: dict, effective_radius: float) -> float:
     load = 5 * grain_mass(p) * GRAVITY
     overlap = (load / (4 / 3 * e_star * math.sqrt(effective_radius))) ** (2 / 3)
     return 8 * g_star * math.sqrt(effective_radius * overlap)
-
-
-def grain_mass(p: dict) -> float:
-    """Mass of a grain [kg]."""
-    return 4 / 3 * math.pi * p["particle_radius"] ** 3 * p["particle_density"]
-
-
-def cloud(setup: str, p: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and velocities (n, 3) that YADE would start from: the same random numbers."""
-    rng, radius = np.random.default_rng(p["seed"]), p["particle_radius"]
-    if setup == "ledge":
-        length, width = p["box_length"], p["box_width"]
-
-        def inside(x, y, margin):
-            return (np.abs(x) < length / 2 - margin) & (np.abs(y) < width / 2 - margin)
-
-        count = grains_for(p, length * width * p["fill_height"])
-        half = length / 2, width / 2
-        centres = packing.cloud(
-            count, radius, p["cloud_fraction"], inside, *half, p["pouring_height"], rng
-        )
-        centres = centres + (length / 2, width / 2, 0)
-    else:
-        if setup == "hourglass":
-            count = max(1, round(p["fill_mass"] / grain_mass(p)))
-        else:
-            count = grains_for(p, math.pi * p["cylinder_diameter"] ** 2 / 4 * p["fill_height"])
-        centres = packing.cloud_in_cylinder(p, count, radius, rng)
-    random_speed = 0.5 * (GRAVITY * 2 * radius) ** 0.5
-    return centres, rng.normal(0, random_speed, centres.shape) - (0, 0, p["pouring_velocity"])
-
-
-def grains_for(p: dict, volume: float) -> int:
-    """Number of grains that nominally fill a volume [m3]."""
-    return max(1, int(round(NOMINAL_FRACTION * volume * p["particle_density"] / grain_mass(p))))
-
-
-def tube(radius: float, bottom: float, top: float, pieces: int = 6) -> list:
-    """Triangles of YADE's polygonal cylinder, cut so that none is too thin for LIGGGHTS."""
-    found, heights = [], np.linspace(bottom, top, pieces + 1)
-    for z0, z1 in zip(heights[:-1], heights[1:], strict=True):
-        low, high = packing.ring(radius, z0), packing.ring(radius, z1)
-        for i in range(len(low)):
-            a, b, c, d = low[i - 1], low[i], high[i], high[i - 1]
-            found += [(a, b, c), (a, c, d)]
-    return found
-
-
-def write_grains(
-    folder: Path, p: dict, centres: np.ndarray, velocities: np.ndarray, box: list, lammps: bool
-) -> None:
-    """The data file that both engines read."""
-    grain = f"{2 * p['particle_radius']:.10g} {p['particle_density']:.10g}"
-    rows = [f"{i} 1 {grain} {x:.10g} {y:.10g} {z:.10g}" for i, (x, y, z) in enumerate(centres, 1)]
-    speeds = [f"{i} {u:.10g} {v:.10g} {w:.10g} 0 0 0" for i, (u, v, w) in enumerate(velocities, 1)]
-    sides = "\n".join(
-        f"{lo:.10g} {hi:.10g} {n}lo {n}hi" for n, (lo, hi) in zip("xyz", box, strict=True)
-    )
-    head = f"grains\n\n{len(centres)} atoms\n{1 if lammps else 2} atom types\n{sides}\n"
-    text = "\n".join([head, "Atoms\n", *rows, "", "Velocities\n", *speeds]) + "\n"
-    (folder / "grains.lmp").write_text(text)
 
 
 def stages(
@@ -394,79 +333,3 @@ def checked_on_one_grain(engine: str, folder: Path, ratio: float) -> dict:
             "measured": float(ratio * (two["period"] / np.diff(stops).mean()) ** 2),
         },
     }
-
-
-def passed(left: np.ndarray, dt: float, p: dict, filled: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] since the release and masses [kg] passed, from rows of step and grains left."""
-    rows = left[np.concatenate([[True], np.diff(left[:, 0]) > 0])]
-    return (rows[:, 0] - rows[0, 0]) * dt, (filled - rows[:, 1]) * grain_mass(p)
-
-
-def responses(
-    setup: str, p: dict, filled: np.ndarray, final: np.ndarray, curve: tuple | None
-) -> tuple[str, dict]:
-    """Status and responses, scanned as in yade_scripts.
-
-    filled, final : centres (n, 3) [m]; curve : times [s] and masses [kg] of a discharge.
-    """
-    measured = {"conical_pile": of_pile, "ledge": of_ledge, "hourglass": of_hourglass}[setup]
-    return measured(p, filled, final, *([curve] if setup == "hourglass" else []))
-
-
-def of_pile(p: dict, filled: np.ndarray, final: np.ndarray) -> tuple[str, dict]:
-    """yade_scripts/conical_pile.py"""
-    r, cylinder = p["particle_radius"], p["cylinder_diameter"] / 2
-    x, y, height = measure.height_map(filled, r, cylinder, cylinder)
-    section = np.hypot(x[:, None], y[None, :]) < cylinder
-    volume = np.pi * cylinder**2 * height[section].mean()
-    half = 1.2 * float(np.quantile(np.hypot(final[:, 0], final[:, 1]), 0.98)) + 2 * r
-    x, y, height = measure.height_map(final, r, half, half)
-    profile = measure.radial_profile(x, y, height, r)
-    fit = measure.fit_slope(*measure.between_heights(*profile, 0.2, 0.8))
-    return "ok", {
-        "bulk_density": len(filled) * grain_mass(p) / float(volume),
-        "pile_equivalent_angle_deg": measure.cone_angle_from_moments(x, y, height),
-        **({"pile_angle_of_repose_deg": fit["angle"]} if fit else {}),
-    }
-
-
-def of_ledge(p: dict, filled: np.ndarray, final: np.ndarray) -> tuple[str, dict]:
-    """yade_scripts/ledge.py; here y begins at one side of the period."""
-    r, length, width = p["particle_radius"], p["box_length"], p["box_width"]
-
-    def scan(centres):
-        centres = centres.copy()
-        centres[:, 1] = np.mod(centres[:, 1], width) - width / 2
-        return measure.height_map(
-            centres - (length / 2, 0, 0), r, length / 2, width / 2, period_y=width
-        )
-
-    final = final[final[:, 2] > -2 * r]
-    density = len(filled) * grain_mass(p) / (scan(filled)[2].mean() * length * width)
-    x, _, height = scan(final)
-    profile = measure.x_profile(x + length / 2, height, r)
-    fit = measure.fit_slope(*measure.between_heights(*profile, 0.2, 0.9))
-    volume = len(final) * grain_mass(p) / density
-    return "ok", {
-        "bulk_density": float(density),
-        "residual_fraction": len(final) / len(filled),
-        "ledge_equivalent_angle_deg": measure.wedge_angle_from_volume(volume, length, width),
-        **({"ledge_angle_of_repose_deg": fit["angle"]} if fit else {}),
-    }
-
-
-def of_hourglass(p: dict, filled: np.ndarray, final: np.ndarray, curve: tuple) -> tuple[str, dict]:
-    """yade_scripts/hourglass.py"""
-    r, cylinder, neck = p["particle_radius"], p["cylinder_diameter"] / 2, p["neck_diameter"] / 2
-    x, y, height = measure.height_map(filled, r, cylinder, cylinder)
-    section = np.hypot(x[:, None], y[None, :]) < cylinder
-    share = np.pi * cylinder**2 / (section.sum() * (x[1] - x[0]) * (y[1] - y[0]))
-    density = len(filled) * grain_mass(p) / (measure.filled_volume(x, y, height, section) * share)
-    found = {"bulk_density": density}
-    final = final[final[:, 2] >= 0]
-    if np.any(np.hypot(final[:, 0], final[:, 1]) < 0.5 * neck):
-        return "clogged", found
-    volume = len(final) * grain_mass(p) / density
-    found["residual_fraction"] = len(final) / len(filled)
-    found["drained_equivalent_angle_deg"] = measure.crater_angle_from_volume(volume, cylinder, neck)
-    return "ok", {**found, **measure.discharge_features(*curve)}

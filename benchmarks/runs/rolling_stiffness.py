@@ -1,12 +1,10 @@
 """What the stiffness of the rolling spring does to heaps, slopes and flows, and to other engines'.
 
-    python -m benchmarks.runs.rolling_stiffness run       YADE's runs, an hour of one core, resumable;
-                                                     a number after it: so many at a time
-    python -m benchmarks.runs.rolling_stiffness engines   LIGGGHTS' and LAMMPS' runs, a quarter of an
-                                                     hour, resumable
-    python -m benchmarks.runs.rolling_stiffness judge     compares what there is
+    python -m benchmarks.runs.rolling_stiffness run [N]  YADE's runs, N at a time: an hour of a core
+    python -m benchmarks.runs.rolling_stiffness engines  LIGGGHTS' and LAMMPS', a quarter of an hour
+    python -m benchmarks.runs.rolling_stiffness judge    compares what there is; the others resume
 
-"run" writes grid/rolling_stiffness.csv, "engines" grid/rolling_stiffness_engines.csv, and "judge"
+They write grid/rolling_stiffness.csv, grid/rolling_stiffness_engines.csv, and
 benchmarks/results/rolling_stiffness.json and .png. YADE's spring is rolling_stiffness_ratio times
 k_t R_eff^2 under five grain weights; LIGGGHTS' epsd2 is k_t R_eff^2 under the load of the moment;
 LAMMPS' sds is constant like YADE's. Set-ups and grains are those of cases/missing_effect.toml, the
@@ -57,8 +55,8 @@ RESPONSES = {
 LAMMPS_RATIOS = (1.0, 4.0)
 COLUMNS = ("engine", "setup", "rolling_friction", "sliding_friction", "ratio", "seed", "status")
 OTHERS = ("LIGGGHTS", *(f"{engine} {r:g}" for engine in SHEAR for r in LAMMPS_RATIOS))
+# {friction pair: {label of a sample: values of the seeds}}
 Samples = dict[tuple[float, float], dict[str, np.ndarray]]
-"""{friction pair: {label of a sample: values of the seeds}}"""
 
 
 def parameters(setup: str, pair: tuple[float, float], seed: int) -> dict:
@@ -251,7 +249,6 @@ def two_sided(t: float, freedom: int) -> float:
 
 
 def name_of(pair: tuple[float, float]) -> str:
-    """Friction pair as a key."""
     return f"mu_r {pair[0]:g}, mu_s {pair[1]:g}"
 
 
@@ -346,12 +343,8 @@ def spread(values: np.ndarray) -> tuple[float, float]:
 def main() -> None:
     """One of the steps."""
     step, *jobs = sys.argv[1:]
-    if step == "run":
-        run_yade(int(jobs[0]) if jobs else 0)
-    elif step == "engines":
-        run_engines()
-    else:
-        judge()
+    yade = lambda: run_yade(int(jobs[0]) if jobs else 0)
+    {"run": yade, "engines": run_engines, "judge": judge}[step]()
 
 
 if __name__ == "__main__":

@@ -211,7 +211,7 @@ def unled_dispatch():
 
 
 def rocking(kind, stiffness_ratio, kick=1e-3):
-    """A grain on a floor is turned about a tangential axis, centre held, by less than the cap: its period [s].
+    """Period [s] of a grain on a floor that is turned by less than the cap, its centre held.
 
     Without sliding friction nothing but the rolling spring turns it back.
     """

@@ -187,7 +187,7 @@ def test_default_rolling_stiffness_follows_the_tangential_stiffness(measured, co
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 16.0])
 @pytest.mark.parametrize("partner", PARTNERS)
 def test_rolling_stiffness_ratio_sets_the_spring_and_leaves_the_cap(measured, partner, ratio):
-    """k_r = ratio k_t R_eff^2 under five grain weights; the moment ends at mu_r R_eff |F_n| as ever."""
+    """k_r = ratio k_t R_eff^2 under five grain weights; the cap is mu_r R_eff |F_n| as ever."""
     m = measured("bent_contact", partner, 0.2, 1.0, "epsd2", ratio)
     p, r_eff = m["parameters"], m["effective_radius"]
     overlap = (m["load"] / (4 / 3 * e_star(p) * math.sqrt(r_eff))) ** (2 / 3)
@@ -199,7 +199,7 @@ def test_rolling_stiffness_ratio_sets_the_spring_and_leaves_the_cap(measured, pa
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 16.0])
 @pytest.mark.parametrize("kind", FLOORS)
 def test_a_grain_rocks_on_its_rolling_spring_with_the_period_of_the_ratio(measured, kind, ratio):
-    """omega = sqrt(k_r/I) with k_r = ratio k_t r^2, sampled by leapfrog: sin(pi dt/T) = omega dt/2."""
+    """omega = sqrt(k_r/I), k_r = ratio k_t r^2, sampled by leapfrog: sin(pi dt/T) = omega dt/2."""
     m = measured("rocking", kind, ratio)
     p, r = m["parameters"], m["effective_radius"]
     overlap = (m["load"] / (4 / 3 * e_star(p) * math.sqrt(r))) ** (2 / 3)
@@ -217,7 +217,7 @@ def test_rolling_grain_is_slowed_alike_whatever_its_spring(measured, kind, ratio
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 4.0, 16.0])
 def test_the_calibrator_foresees_the_step_that_follows_the_rolling_spring(measured, ratio):
-    """0.28 sqrt(I/k), k the mean of k_t r^2 and the rolling spring between two grains; the bound holds here."""
+    """0.28 sqrt(I/k), k the mean of k_t r^2 and the rolling spring; here the bound holds."""
     m = measured("time_steps", ratio)
     p = {n: v for n, v in m["parameters"].items() if not isinstance(v, str)}
     r, r_eff, weight = p["particle_radius"], p["particle_radius"] / 2, p["particle_density"] * 9.81
