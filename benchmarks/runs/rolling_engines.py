@@ -29,6 +29,13 @@ COMMANDS = {"LAMMPS": "lmp", "LAMMPS displacement": "lmp", "LIGGGHTS": "liggghts
 SHEAR = {"LAMMPS": "mindlin/force", "LAMMPS displacement": "mindlin"}
 FILLING_ENERGY_RATIO = 5e-4  # yade_scripts/material.py
 
+ONE_GRAIN = """compute spins all property/atom omegay
+compute spin all reduce sum c_spins
+variable s equal step
+variable w equal c_spin
+variable u equal vx[1]
+fix log all print 1 "${s} ${u} ${w}" file grain.txt screen no
+"""
 LIGGGHTS = """
 atom_style granular
 atom_modify map array
@@ -300,14 +307,7 @@ def single_grain(
         walls = f"fix wb all wall/gran {LAW} primitive type 2 zplane 0.0"
         text = liggghts_text(p, dt, "f", walls)
     text = text.replace("gravity 9.81", f"gravity {load * GRAVITY:.10g}")
-    text += """compute spins all property/atom omegay
-compute spin all reduce sum c_spins
-variable s equal step
-variable w equal c_spin
-variable u equal vx[1]
-fix log all print 1 "${s} ${u} ${w}" file grain.txt screen no
-"""
-    (folder / "in.run").write_text(text + f"run {int(duration / dt)}\n")
+    (folder / "in.run").write_text(text + ONE_GRAIN + f"run {int(duration / dt)}\n")
     core_seconds([COMMANDS[engine], "-in", "in.run"], folder)
     step, velocity, turning = np.loadtxt(folder / "grain.txt").T
     return {"time": step * dt, "velocity": velocity, "spin": turning, "period": period}

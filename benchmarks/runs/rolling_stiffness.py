@@ -55,8 +55,7 @@ RESPONSES = {
 LAMMPS_RATIOS = (1.0, 4.0)
 COLUMNS = ("engine", "setup", "rolling_friction", "sliding_friction", "ratio", "seed", "status")
 OTHERS = ("LIGGGHTS", *(f"{engine} {r:g}" for engine in SHEAR for r in LAMMPS_RATIOS))
-# {friction pair: {label of a sample: values of the seeds}}
-Samples = dict[tuple[float, float], dict[str, np.ndarray]]
+Samples = dict[tuple[float, float], dict[str, np.ndarray]]  # by friction pair, by sample
 
 
 def parameters(setup: str, pair: tuple[float, float], seed: int) -> dict:
@@ -305,11 +304,10 @@ def judge() -> None:
     kinds = [("LIGGGHTS", 1.0), *((engine, r) for engine in SHEAR for r in LAMMPS_RATIOS)]
     single = [checked_on_one_grain(engine, checks, ratio) for engine, ratio in kinds]
     found = {}
-    for setup, names in RESPONSES.items():
-        for name in names:
-            all_ = samples(setup, name)
-            if any(all_.values()):
-                found[f"{setup}.{name}"] = verdict(all_)
+    for setup, name in ((s, n) for s, names in RESPONSES.items() for n in names):
+        all_ = samples(setup, name)
+        if any(all_.values()):
+            found[f"{setup}.{name}"] = verdict(all_)
     write("rolling_stiffness", {"one_grain": single, "ends": counts(), "responses": found})
     figure()
 
@@ -343,8 +341,9 @@ def spread(values: np.ndarray) -> tuple[float, float]:
 def main() -> None:
     """One of the steps."""
     step, *jobs = sys.argv[1:]
-    yade = lambda: run_yade(int(jobs[0]) if jobs else 0)
-    {"run": yade, "engines": run_engines, "judge": judge}[step]()
+    if step == "run":
+        return run_yade(int(jobs[0]) if jobs else 0)
+    return {"engines": run_engines, "judge": judge}[step]()
 
 
 if __name__ == "__main__":
