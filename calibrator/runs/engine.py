@@ -10,7 +10,7 @@ from calibrator.errors import CalibratorError
 from calibrator.runs.batch import Batch, Progress, Watch, pending_requests
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.failures import failed_attempts
-from calibrator.runs.folder import RunFolder, gather
+from calibrator.runs.folder import Failure, RunFolder, gather
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 
@@ -24,6 +24,11 @@ class Engine(ABC):
 
     cores: int | None = None
     """Runs that are made at a time; None where that is up to a queue."""
+
+    early_ends: int | None = None
+    """Batches of a call that may end before all their runs have started; None where a batch is not
+    always taken whole. Then a call gives up once nothing at all came of one.
+    """
 
     @property
     @abstractmethod
@@ -90,14 +95,18 @@ def run(
         if pending and engine.poll(folder, requests):
             _wait(engine, folder, requests, _batch(folder, requests, pending), report)
             pending = pending_requests(folder, requests, attempts)
+        ended_early = 0
         while pending:
-            before = pending, folder.failures()
+            before, failures = pending, folder.failures()
             batch = _batch(folder, requests, pending)
             folder.check_room()
             engine.submit(folder, batch)
             _wait(engine, folder, requests, batch, report)
             pending = pending_requests(folder, requests, attempts)
-            if before == (pending, folder.failures()):
+            idle = _untouched(pending, failures, folder.failures())
+            ended_early += bool(idle)
+            fruitless = engine.early_ends is None and idle == len(before)
+            if fruitless or ended_early == engine.early_ends:
                 break
     finally:
         engine.end()
@@ -106,6 +115,13 @@ def run(
         left = max(len(pending), len(requests) - len(records))
         raise CalibratorError(f"{left} runs are still to be done: {engine.advice}")
     return records
+
+
+def _untouched(
+    pending: Sequence[Request], before: dict[str, Failure], after: dict[str, Failure]
+) -> int:
+    """How many runs are pending with no attempt counted: submitted, they never began."""
+    return sum(failed_attempts(before, r) == failed_attempts(after, r) for r in pending)
 
 
 def _batch(folder: RunFolder, requests: Sequence[Request], pending: Sequence[Request]) -> Batch:

@@ -34,6 +34,7 @@ class Local(engine.Engine):
 
     pause = 0.5
     advice = ""
+    early_ends = 2  # a yade-batch that dies again and again is not started for ever
 
     def __init__(self, jobs: int = 0) -> None:
         self.cores = self.jobs = jobs or len(os.sched_getaffinity(0))
