@@ -22,7 +22,7 @@ CASES = Path(__file__).resolve().parent.parent / "cases"
 )
 def test_every_case_is_good(path, tmp_path, fake_yade):
     space = workspace.Workspace(read_case(path), tmp_path)
-    assert check_case(space)["runs"] == len(plan_requests(space.case))
+    assert check_case(space).runs == len(plan_requests(space.case))
 
 
 def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fake_yade):
@@ -36,7 +36,7 @@ def test_the_full_scale_case_is_the_papers_grid_of_810_runs_of_25_g(tmp_path, fa
     assert counts[0.4e-3] == pytest.approx(33_300, rel=0.01) and counts[0.3e-3] == pytest.approx(
         78_900, rel=0.01
     )
-    warnings = check_case(workspace.Workspace(case, tmp_path))["warnings"]
+    warnings = check_case(workspace.Workspace(case, tmp_path)).warnings
     assert any("Rayleigh time" in w for w in warnings)
     assert sum(p.bits for p in case.problem.parameters) == 40
 

@@ -112,5 +112,6 @@ def log_within(
     offset = np.abs(mean - np.array([t.value for t in targets]))
     spread = np.maximum(spread, 1e-300)
     # log(Phi(b) - Phi(a)) on the lower tail, where neither term rounds to one
-    upper, lower = log_ndtr((band - offset) / spread), log_ndtr((-band - offset) / spread)
+    ends = log_ndtr(np.array([band - offset, -band - offset]) / spread)
+    upper, lower = np.maximum(ends, -1e300)  # far outside both are -inf, and have no difference
     return np.asarray((upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-300)))).sum(axis=1))
