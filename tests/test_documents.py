@@ -13,7 +13,7 @@ DOCUMENTS = sorted(
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"python -m ((?:benchmarks|tests\.campaigns)[\w.]*)")
 # a path in backquotes or bare, of what tests and benchmarks have
-PLACE = re.compile(r"(?<![\w/.])((?:tests|benchmarks)/[\w./<>*-]*\w)")
+PLACE = re.compile(r"(?<![\w/.])((?:tests|benchmarks|calibrator|yade_scripts|grid|cases)/[\w./<>*-]*\w)")
 
 
 def named(document):
@@ -74,7 +74,7 @@ def test_every_command_that_is_named_can_be_called(module):
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=named)
-def test_every_place_among_tests_and_benchmarks_exists(document):
+def test_every_place_of_the_repository_that_is_named_exists(document):
     for place in PLACE.findall(document.read_text()):
-        pattern = re.sub(r"<\w+>", "*", place)  # benchmarks/results/<name>.json
+        pattern = re.sub(r"<[\w-]+>", "*", place)  # benchmarks/results/<name>.json
         assert list(REPO.glob(pattern)), f"{place}: no such file or folder"
