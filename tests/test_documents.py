@@ -13,7 +13,9 @@ DOCUMENTS = sorted(
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"python -m ((?:benchmarks|tests\.campaigns)[\w.]*)")
 # a path in backquotes or bare, of what tests and benchmarks have
-PLACE = re.compile(r"(?<![\w/.])((?:tests|benchmarks|calibrator|yade_scripts|grid|cases)/[\w./<>*-]*\w)")
+PLACE = re.compile(
+    r"(?<![\w/.])((?:tests|benchmarks|calibrator|yade_scripts|grid|cases)/[\w./<>*-]*\w)"
+)
 
 
 def named(document):
