@@ -93,7 +93,8 @@ def verification(findings: Findings, album: Album) -> str:
         _verification_table(findings, outcome),
         note(
             "Means of runs with new seeds ± one standard error, and (simulated − target) / target."
-            " None was used to calibrate." + _shipped_note(outcome)
+            " None was used to calibrate. The band is the compromise's; that of fewer runs is"
+            " wider, where noise decides." + _shipped_note(outcome)
         ),
         album.figure("verification", caption, lambda: figures.verification(rows)),
         _run_curves(findings, album),

@@ -108,12 +108,13 @@ def verification(rows: Sequence[Deviation]) -> Figure:
 
 
 def _draw_deviations(ax: Axes, rows: Sequence[Deviation], candidates: Sequence[str]) -> None:
-    """One panel: the rows of a response, each at its candidate's place."""
-    ax.axvspan(-100 * rows[0].band, 100 * rows[0].band, color=GREEN, alpha=0.18, linewidth=0)
+    """One panel: the rows of a response, each at its candidate's place, on a band of its own."""
     ax.axvline(0, color=GREEN, linewidth=1)
     for row in rows:
         place = candidates.index(row.candidate)
         colour = RED if row.candidate == "compromise" else INK
+        half = 100 * row.band  # wider for a candidate of fewer runs
+        ax.barh(place, 2 * half, 0.92, left=-half, color=GREEN, alpha=0.18, linewidth=0)
         ax.errorbar(
             100 * row.simulated,
             place,
