@@ -114,4 +114,6 @@ def log_within(
     # log(Phi(b) - Phi(a)) on the lower tail, where neither term rounds to one
     ends = log_ndtr(np.array([band - offset, -band - offset]) / spread)
     upper, lower = np.maximum(ends, -1e300)  # far outside both are -inf, and have no difference
-    return np.asarray((upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-300)))).sum(axis=1))
+    with np.errstate(divide="ignore"):  # the logarithm of zero is what it says
+        rest = np.log1p(-np.exp(np.minimum(lower - upper, -1e-300)))
+    return np.asarray((upper + rest).sum(axis=1))
