@@ -2,7 +2,10 @@
 
 import json
 
+import jsonschema
+
 from calibrator.cli import main
+from calibrator.summary import schema
 from tests.toy_laboratory import lab
 
 
@@ -14,7 +17,9 @@ def test_preflight_says_in_physical_units_what_could_be_seen_and_which_experimen
     said = capsys.readouterr().out
     assert "bed_viscosity [Pa s], plausible 0.001" in said and "seen from" in said
     assert "hourglass@wide_neck helps most" in said
-    found = json.loads((here.path / "summary.json").read_text())["preflight"]
+    summary = json.loads((here.path / "summary.json").read_text())
+    jsonschema.validate(summary, schema())
+    found = summary["preflight"]
     assert found["self_test"]["none"]["no gap"] >= 10
     right = found["self_test"]["bond_number"]
     assert right["bond_number"] >= 6 and "bed_viscosity" not in right
