@@ -136,8 +136,12 @@ def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
 
 
 def proposed(space: Workspace) -> list[Request]:
-    """Every request that the adaptive design has made so far, from its log."""
-    return [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+    """Every request that the adaptive design has made so far, from its log.
+
+    Those of before a change of the case, or of another case of this name, are none of its.
+    """
+    made = [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+    return [request for request in made if belongs(space.case, request)]
 
 
 def _proposal_lines(space: Workspace) -> list[str]:
