@@ -56,9 +56,10 @@ def _stale(done: Trial) -> str:
     if done.edited is None:
         return ""
     verb, what, after = done.edited
+    if done.mixed:
+        return f"{what} after {verb}: the database holds runs of before"
     if after.status == 2 and "calibrator" in after.said:
         return ""
-    # without a verdict there is nothing of it that could be out of date
     return f"{what} after {verb}: the report ended with {after.status}"
 
 

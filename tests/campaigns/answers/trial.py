@@ -42,7 +42,8 @@ class Trial:
     """A laboratory and what the calibrator made of it.
 
     calls : of the verbs in their order; broke : the traceback of one that broke; edited : verb
-    after which an input was edited, what was edited, and what the next verb did; made : runs.
+    after which an input was edited, what was edited, and what the next verb did; mixed : whether
+    the database, made again after that, is another one than in an empty folder; made : runs.
     """
 
     seed: int
@@ -52,6 +53,7 @@ class Trial:
     calls: list[Called] = field(default_factory=list)
     broke: str = ""
     edited: tuple[str, str, Called] | None = None
+    mixed: bool = False
     made: int = 0
     summary: dict[str, Any] = field(default_factory=dict)
     page: str = ""
@@ -149,4 +151,15 @@ def _edited(
         text += "[fixed]\npoisson_ratio = 0.21\n"
     case.write_text(text)
     called = _called(done, "report", folder)
+    if what in ("geometry", "fixed"):  # the others leave an adaptive design runs to go on from
+        done.mixed = _database(folder, "results") != _database(folder, "empty")
     return None if called is None else (verb, what, called)
+
+
+def _database(folder: Path, results: str) -> str:
+    """The database that `run` and `collect` make in a folder, without its header."""
+    for verb in ("run", "collect"):
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            main([verb, str(folder / "case.toml"), "--results", str(folder / results)])
+    path = folder / results / "made_up" / "database.csv"
+    return path.read_text() if path.exists() else ""
