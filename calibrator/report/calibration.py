@@ -95,9 +95,9 @@ def _slice(findings: Findings, column: int, axis: int) -> figures.Slice:
     points, values, counts = _means(findings)
     there = np.isfinite(values[:, column])
     line = np.repeat(findings.compromise[None], SLICE_POSITIONS, axis=0)
-    line[:, axis] = np.linspace(problem.low[axis], problem.high[axis], SLICE_POSITIONS)
+    line[:, axis] = problem.parameters[axis].values_at(np.linspace(0, 1, SLICE_POSITIONS))
     mean, std = findings.interpolant.predict_with_error(line)
-    shares = (points[there] - findings.compromise) / (problem.high - problem.low)
+    shares = problem.shares_of(points[there]) - problem.shares_of(findings.compromise[None])
     away = np.delete(shares, axis, axis=1)
     distance = np.sqrt(np.mean(away**2, axis=1)) if away.shape[1] else np.zeros(there.sum())
     return figures.Slice(
