@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -244,6 +244,26 @@ class Problem:
     def names(self) -> list[str]:
         """Names of the calibrated parameters, in order."""
         return [p.name for p in self.parameters]
+
+    def seen_by(self, setup: str) -> list[str]:
+        """Names of the calibrated parameters that a set-up takes, in order."""
+        return [n for n in self.names if setup in PARAMETERS[n].setups]
+
+    def only(self, names: Sequence[str]) -> Problem:
+        """The same problem with these of its parameters alone."""
+        return replace(self, parameters=tuple(p for p in self.parameters if p.name in names))
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """A sentence for each set-up with a target that does not take every parameter."""
+        blind = {
+            s: [n for n in self.names if n not in self.seen_by(s)] for s in self.calibration_setups
+        }
+        return tuple(
+            f"{s} does not have {' and '.join(names)}: its responses are interpolated without"
+            for s, names in blind.items()
+            if names
+        )
 
     @property
     def low(self) -> np.ndarray:

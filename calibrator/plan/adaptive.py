@@ -169,10 +169,12 @@ def _existing(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.nd
 
 
 def _distance(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Largest difference (n,) in any parameter, in units of its range on its scale."""
-    return np.asarray(
-        np.abs(problem.shares_of(points) - problem.shares_of(wanted[None])).max(axis=1)
-    )
+    """Largest difference (n,) in any parameter, in units of its range on its scale.
+
+    It is infinite where a run does not have them all.
+    """
+    away = np.abs(problem.shares_of(points) - problem.shares_of(wanted[None])).max(axis=1)
+    return np.where(np.isnan(away), np.inf, away)
 
 
 def assurance(

@@ -33,7 +33,8 @@ def sample_of(problem: Problem, count: int, rng: np.random.Generator) -> np.ndar
 
     n is count, rounded up to a power of two.
     """
-    return problem.unscaled(box_sample(*problem.scaled_bounds, count, rng))
+    low, high = problem.scaled_bounds
+    return problem.unscaled(box_sample(low, high, count, rng))
 
 
 def inside(
@@ -76,7 +77,8 @@ def refined(
 ) -> np.ndarray:
     """Point (d,) of smallest loss found in boxes around the best so far.
 
-    Each box is half the size of the one before, on the parameters' scales. loss : points (n, d) -> (n,); start : (d,).
+    Each box is half the size of the one before, on the parameters' scales. loss : points (n, d) ->
+    (n,); start : (d,).
     """
     (low, high), best = problem.scaled_bounds, start
     half = (high - low) / 2
