@@ -54,19 +54,22 @@ def _indices(
     problem: Problem, interpolant: Interpolant, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """First-order and total indices (2, m, d), and their standard errors from the finite sample."""
-    parameters = problem.parameters
+    parameters, count = problem.parameters, len(interpolant.responses)
 
     def responses(shares: np.ndarray) -> np.ndarray:
-        return interpolant.predict(
-            np.column_stack([p.values_at(s) for p, s in zip(parameters, shares, strict=True)])
-        ).T
+        points = np.column_stack(
+            [p.values_at(s) for p, s in zip(parameters, shares, strict=True)]
+        )
+        # each twice: of a single response to a single parameter scipy makes a number, and fails
+        return np.tile(interpolant.predict(points).T, (2, 1))
 
     repeats = []
     for rng in np.random.default_rng(seed).spawn(REPEATS):
         found = sobol_indices(
             func=responses, n=SAMPLES, dists=[uniform()] * len(parameters), rng=rng
         )
-        repeats.append(np.reshape([found.first_order, found.total_order], (2, -1, len(parameters))))
+        both = np.reshape([found.first_order, found.total_order], (2, -1, len(parameters)))
+        repeats.append(both[:, :count])
     return np.mean(repeats, axis=0), np.std(repeats, axis=0, ddof=1) / math.sqrt(REPEATS)
 
 
