@@ -16,6 +16,9 @@ import numpy as np
 
 from calibrator.errors import CalibratorError
 
+# Pooled seed noise with fewer degrees of freedom is uncertain by more than a factor of two.
+FEWEST_DEGREES = 4
+
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
@@ -63,6 +66,15 @@ class Interpolant(Protocol):
 
     def leave_one_out(self) -> tuple[np.ndarray, np.ndarray]:
         """Prediction of each distinct point without it and its expected scatter, both (p, m)."""
+
+
+def known_noise(interpolant: Interpolant) -> np.ndarray:
+    """Seed noise (m,) of a single run where replicates or the caller gave it, else NaN.
+
+    What a likelihood makes of single runs serves to smooth them; it is no measurement.
+    """
+    measured = np.isin(interpolant.noise_sources, ("given", "replicates"))
+    return np.where(measured, interpolant.noise, np.nan)
 
 
 def seed_noise(points: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
