@@ -1,4 +1,4 @@
-"""An interpolant that claims no more than its own left-out runs bear out, and nothing impossible."""
+"""An interpolant that claims no more than left-out runs bear out, and nothing impossible."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BETWEEN_TWO = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Cautious:
-    """An interpolant with honest errors and physical means; it offers all that an `Interpolant` does.
+    """Honest errors and physical means around an interpolant; it offers all that one does.
 
     The standard deviation that a process claims is the one of its own model. Each distinct point
     predicted without itself says whether it is borne out: where the scaled errors scatter by more
@@ -110,7 +110,7 @@ class Cautious:
 
     def _possible(self, mean: np.ndarray) -> np.ndarray:
         low, high = possible(self.responses)
-        return np.clip(mean, low, high)
+        return np.asarray(np.clip(mean, low, high))
 
 
 def possible(keys: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
@@ -145,4 +145,4 @@ def _mean(columns: np.ndarray) -> np.ndarray:
 
 def _root_mean_square(columns: np.ndarray) -> np.ndarray:
     """Root mean square (m,) of what is finite in each column (p, m)."""
-    return np.sqrt(_mean(columns**2))
+    return np.asarray(np.sqrt(_mean(columns**2)))

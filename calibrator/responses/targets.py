@@ -12,6 +12,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from calibrator.case.problem import Problem, Target
+from calibrator.case.vocabulary import RESPONSES
 from calibrator.errors import CalibratorError
 
 Responses = Mapping[str, np.ndarray]
@@ -56,6 +57,16 @@ def target_errors(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
 def ruling(targets: Sequence[Target]) -> np.ndarray:
     """Which targets (t,) have a weight; the others are reported only."""
     return np.array([t.weight > 0 for t in targets], bool)
+
+
+def repeats(targets: Sequence[Target]) -> np.ndarray:
+    """Which targets (t, t) are one quantity by definition: ones there and on the diagonal, else 0.
+
+    Of one run the residual mass, the residual fraction and the equivalent angle are functions of
+    each other, so that three of them are one piece of evidence (`repeats` in the contract).
+    """
+    roots = [(t.setup, RESPONSES[t.response].repeats or t.response) for t in targets]
+    return np.array([[float(a == b) for b in roots] for a in roots])
 
 
 def relative_errors(problem: Problem, responses: Responses) -> np.ndarray:
@@ -120,8 +131,8 @@ def chances(
 ) -> np.ndarray:
     """Logarithm (k,) of the probability that the mean of so many runs meets every target.
 
-    mean, error : (k, t) prediction and its standard deviation; noise : (t,) of one run, NaN where it
-    is not known (see `bands`). The responses are taken as independent and normal.
+    mean, error : (k, t) prediction and its standard deviation; noise : (t,) of one run, NaN where
+    it is not known (see `bands`). The responses are taken as independent and normal.
     """
     spread = np.hypot(error, standing_in(targets, noise) / math.sqrt(runs))
     return log_within(targets, mean, spread, bands(targets, noise, runs))

@@ -57,9 +57,7 @@ def _indices(
     parameters, count = problem.parameters, len(interpolant.responses)
 
     def responses(shares: np.ndarray) -> np.ndarray:
-        points = np.column_stack(
-            [p.values_at(s) for p, s in zip(parameters, shares, strict=True)]
-        )
+        points = np.column_stack([p.values_at(s) for p, s in zip(parameters, shares, strict=True)])
         # each twice: of a single response to a single parameter scipy makes a number, and fails
         return np.tile(interpolant.predict(points).T, (2, 1))
 
