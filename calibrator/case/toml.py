@@ -122,9 +122,7 @@ def _note_unknown(tables: Table, mistakes: Mistakes) -> None:
         )
 
 
-def _measurements(
-    measured: Path, tables: Table, own: Table, settings: Table, path: Path
-) -> Table:
+def _measurements(measured: Path, tables: Table, own: Table, settings: Table, path: Path) -> Table:
     """What the lab file says, and what the case says of its rows."""
     rows, mistakes = read_lab(measured), Mistakes()
     found: Table = {"observables": tuple(rows)}
