@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -75,10 +75,11 @@ def checked_value(name: str, value: Any) -> Value:
 class Parameter:
     """A calibrated parameter: bounds, samples per axis of a full grid, bits of its genetic code.
 
-    scale says how a design spaces its values and in which coordinate responses are interpolated:
-    "linear", or "log" where the bounds span a decade, as those of Young's modulus often do. The
-    genetic encoding is always linear, like O2. Raises CalibratorError for bounds outside the
-    contract's, a name that is no number, and a scale that the bounds do not allow.
+    scale is the coordinate in which everything happens: designs, interpolation, genetic encoding,
+    distances, samples, intervals and the share of O2. It is "linear", as in the reference paper, or
+    "log" where the bounds span a decade, as those of Young's modulus often do. Raises
+    CalibratorError for bounds outside the contract's, a name that is no number, and a scale that
+    the bounds do not allow.
     """
 
     name: str
@@ -251,6 +252,26 @@ class Problem:
         """Names of the calibrated parameters, in order."""
         return [p.name for p in self.parameters]
 
+    def seen_by(self, setup: str) -> list[str]:
+        """Names of the calibrated parameters that a set-up takes, in order."""
+        return [n for n in self.names if setup in PARAMETERS[n].setups]
+
+    def only(self, names: Sequence[str]) -> Problem:
+        """The same problem with these of its parameters alone."""
+        return replace(self, parameters=tuple(p for p in self.parameters if p.name in names))
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """A sentence for each set-up with a target that does not take every parameter."""
+        blind = {
+            s: [n for n in self.names if n not in self.seen_by(s)] for s in self.calibration_setups
+        }
+        return tuple(
+            f"{s} does not have {' and '.join(names)}: its responses are interpolated without"
+            for s, names in blind.items()
+            if names
+        )
+
     @property
     def low(self) -> np.ndarray:
         """Lower bounds, shape (d,)."""
@@ -260,6 +281,39 @@ class Problem:
     def high(self) -> np.ndarray:
         """Upper bounds, shape (d,)."""
         return np.array([p.high for p in self.parameters])
+
+    @property
+    def scaled_bounds(self) -> np.ndarray:
+        """Box (2, d) on the parameters' scales: bounds, or their logarithms."""
+        return self.scaled(np.array([self.low, self.high]))
+
+    def scaled(self, points: np.ndarray) -> np.ndarray:
+        """Points (n, d) on the parameters' scales: values, or their logarithms."""
+        points = np.array(points, float)
+        points[:, self._logs] = np.log(points[:, self._logs])
+        return points
+
+    def unscaled(self, points: np.ndarray) -> np.ndarray:
+        """The inverse of `scaled`, for points (n, d) of the box."""
+        points, logs = np.array(points, float), self._logs
+        inner = np.exp(points[:, logs])  # rounding must not carry it over a bound
+        points[:, logs] = np.clip(inner, self.low[logs], self.high[logs])
+        return points
+
+    def values_at(self, shares: np.ndarray) -> np.ndarray:
+        """Points (n, d) at shares (n, d), each 0 to 1 of the way along a parameter's scale."""
+        both = zip(self.parameters, np.asarray(shares, float).T, strict=True)
+        return np.column_stack([p.values_at(share) for p, share in both])
+
+    def shares_of(self, points: np.ndarray) -> np.ndarray:
+        """The inverse of `values_at`: where points (n, d) lie along the parameters' scales."""
+        both = zip(self.parameters, np.asarray(points, float).T, strict=True)
+        return np.column_stack([p.shares_of(values) for p, values in both])
+
+    @property
+    def _logs(self) -> np.ndarray:
+        """Which parameters (d,) have a log scale."""
+        return np.array([p.scale == "log" for p in self.parameters])
 
     @property
     def calibration_setups(self) -> list[str]:

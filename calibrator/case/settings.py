@@ -109,17 +109,20 @@ class Replicates:
     """Fresh seeds for verification or validation.
 
     replicates : for the compromise; spread_replicates : for each spread individual; seed : the
-    first one. shipped names a database of such runs, for a published verification that others
-    follow without simulating; runs that it lacks are made, and `--fresh` ignores it. The
-    calibration itself never sees these runs.
+    first one; most_failed : share of a set-up's runs beyond which a candidate is no recommendation
+    whatever the others give, as it would fail its user as often. shipped names a database of such
+    runs, for a published verification that others follow without simulating; runs that it lacks are
+    made, and `--fresh` ignores it. The calibration itself never sees these runs.
     """
 
     replicates: int = 5
     seed: int = 500_000
     spread_replicates: int = 2
+    most_failed: float = 0.5
     shipped: str = ""
 
     def __post_init__(self) -> None:
+        require_within("verify/validate", self, most_failed=(0, 1))
         require_within(
             "verify/validate",
             self,

@@ -37,6 +37,7 @@ class Calibration(Counts):
         generation to the last one, in units of the objectives.
     seed_noise : standard deviation of a single run by setup.response, in the response's unit;
     leave_one_out_rms : error of the interpolant at sets left out, likewise.
+    unseen : which set-ups do not have which parameters, a sentence each.
     arrays : hash of calibration.npz beside the summary, which holds the front, the populations and
         the interpolant's state (see `Traces`).
     fingerprint : of all that this was computed from.
@@ -51,6 +52,7 @@ class Calibration(Counts):
     reachability: Reachability
     identifiability: Identifiability
     sensitivity: Sensitivity
+    unseen: tuple[str, ...]
     arrays: str
     fingerprint: Fingerprint
 
@@ -80,7 +82,8 @@ class Calibration(Counts):
         chosen = self.compromise.parameters
         values = ", ".join(f"{k} = {v:.4g}" for k, v in chosen.items())
         first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
-        said = [first, *(f"  {sentence}" for sentence in self.reachability.sentences)]
+        sentences = (*self.unseen, *self.reachability.sentences)
+        said = [first, *(f"  {sentence}" for sentence in sentences)]
         for p in self.identifiability.parameters:
             truth = ""
             if p.truth is not None:

@@ -5,6 +5,7 @@ They compute nothing and import no search, so that whoever reads an outcome need
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -148,6 +149,7 @@ class ParameterProfile:
     interval_68, interval_95 : hull of the values whose chi2 exceeds the smallest by no more than 1
         and 3.84; an end that equals low or high is set by the box, not by the targets.
     positions, chi2 : (b,) profile curve, the smallest chi2 at each position, positions ascending.
+    scale : of the parameter, "linear" or "log".
     truth : the value behind a synthetic laboratory, None for a real one.
     """
 
@@ -161,12 +163,16 @@ class ParameterProfile:
     interval_95: tuple[float, float]
     positions: np.ndarray
     chi2: np.ndarray
+    scale: str = "linear"
     truth: float | None = None
 
     @property
     def share(self) -> float:
-        """Width of the 95 % interval over the range."""
-        return (self.interval_95[1] - self.interval_95[0]) / (self.high - self.low)
+        """Width of the 95 % interval over the range, both on the parameter's scale."""
+        low, high = self.interval_95
+        if self.scale == "log":
+            return math.log(high / low) / math.log(self.high / self.low)
+        return (high - low) / (self.high - self.low)
 
     @property
     def pinned(self) -> bool:

@@ -54,19 +54,15 @@ def _indices(
     problem: Problem, interpolant: Interpolant, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """First-order and total indices (2, m, d), and their standard errors from the finite sample."""
-    parameters = problem.parameters
+    dimensions = len(problem.parameters)
 
     def responses(shares: np.ndarray) -> np.ndarray:
-        return interpolant.predict(
-            np.column_stack([p.values_at(s) for p, s in zip(parameters, shares, strict=True)])
-        ).T
+        return interpolant.predict(problem.values_at(shares.T)).T
 
     repeats = []
     for rng in np.random.default_rng(seed).spawn(REPEATS):
-        found = sobol_indices(
-            func=responses, n=SAMPLES, dists=[uniform()] * len(parameters), rng=rng
-        )
-        repeats.append(np.reshape([found.first_order, found.total_order], (2, -1, len(parameters))))
+        found = sobol_indices(func=responses, n=SAMPLES, dists=[uniform()] * dimensions, rng=rng)
+        repeats.append(np.reshape([found.first_order, found.total_order], (2, -1, dimensions)))
     return np.mean(repeats, axis=0), np.std(repeats, axis=0, ddof=1) / math.sqrt(REPEATS)
 
 
