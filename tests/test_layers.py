@@ -11,7 +11,7 @@ FLOORS = [
     ["responses"],
     ["plan"],
     ["search", "diagnosis"],
-    ["verification"],
+    ["verification", "foresight"],
     ["check", "report", "terminal"],
     ["cli", "summary"],
 ]

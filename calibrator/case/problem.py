@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
-from calibrator.errors import CalibratorError, shown
+from calibrator.errors import CalibratorError, Mistakes, shown
 
 Value = float | int | str
 LARGEST, SMALLEST = 1e30, 1e-30
@@ -96,10 +96,14 @@ class Parameter:
             raise CalibratorError(
                 f"{self.name} is not a number that can be calibrated: move it to [fixed]"
             )
+        if self.low == self.high:
+            raise CalibratorError(
+                f"{self.name}: low and high are both {self.low:g}; give a wider interval, or move"
+                " it to [fixed]"
+            )
         if not self.low < self.high:
             raise CalibratorError(
-                f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap or"
-                " correct them"
+                f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap them"
             )
         if not 2 <= self.samples <= 1000:
             raise CalibratorError(f"{self.name}: samples = {self.samples}; give 2 to 1000")
@@ -218,31 +222,34 @@ class Problem:
     setups: dict[str, dict[str, Value]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        mistakes = Mistakes()
         if not self.parameters:
-            raise CalibratorError(
-                "nothing to calibrate: add a [parameters.<name>] table with low and high"
+            mistakes.note(
+                ["nothing to calibrate: add a [parameters.<name>] table with low and high"]
             )
         if not self.targets:
-            raise CalibratorError("no target: give the measured file a row with role calibrate")
-        if all(t.weight == 0 for t in self.targets):
-            raise CalibratorError(
-                "every target has weight 0, and would be reported only: give one of them a weight"
+            mistakes.note(["no target: give the measured file a row with role calibrate"])
+        elif all(t.weight == 0 for t in self.targets):
+            mistakes.note(
+                ["every target has weight 0, and would be reported only: give one of them a weight"]
             )
         names = [p.name for p in self.parameters]
         keys = [t.key for t in (*self.targets, *self.held_out)]
         for what in (names, keys):
             twice = [x for x in what if what.count(x) > 1]
-            if twice:
-                raise CalibratorError(f"{twice[0]} is given twice: keep one of them")
-        clash = sorted(set(names) & set(self.fixed))
-        if clash:
-            raise CalibratorError(
-                f"{clash[0]} is both calibrated and fixed: remove it from one of the two"
-            )
+            mistakes.note(f"{x} is given twice: keep one of them" for x in twice)
+        mistakes.note(
+            f"{name} is both calibrated and fixed: remove it from one of the two"
+            for name in names
+            if name in self.fixed
+        )
         for setup, own in self.setups.items():
             # it would silently win over every set's own value
-            for name in sorted(own.keys() & {*names, "seed"}):
-                raise CalibratorError(f"setups.{setup}.{name} is what the plan sets: remove it")
+            mistakes.note(
+                f"setups.{setup}.{name} is what the plan sets: remove it"
+                for name in sorted(own.keys() & {*names, "seed"})
+            )
+        mistakes.raise_any()
 
     @property
     def names(self) -> list[str]:

@@ -205,13 +205,20 @@ def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Reque
 
 def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
     """Raise CalibratorError where these runs would take more than run.budget_core_hours."""
+    if words := beyond_budget(space, requests):
+        raise CalibratorError(words)
+
+
+def beyond_budget(space: Workspace, requests: Sequence[Request]) -> str:
+    """A sentence where these runs would take more than run.budget_core_hours, else ""."""
     missing, hours = work_left(space, requests)
-    if hours > space.case.run.budget_core_hours:
-        raise CalibratorError(
-            f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
-            f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
-            " make the plan smaller"
-        )
+    if hours <= space.case.run.budget_core_hours:
+        return ""
+    return (
+        f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
+        f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
+        " make the plan smaller"
+    )
 
 
 def database_records(space: Workspace) -> list[Record]:

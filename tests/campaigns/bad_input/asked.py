@@ -16,7 +16,15 @@ from calibrator.cli import main
 from calibrator.runs import local
 from calibrator.runs.request import Request, cell
 from tests.campaigns.bad_input.damage import TOML_VALUES, VALUES, damaged_bytes
-from tests.campaigns.bad_input.rules import Kind, ask, only_data, registry, require, texts
+from tests.campaigns.bad_input.rules import (
+    Kind,
+    ask,
+    lines_of_a_refusal,
+    only_data,
+    registry,
+    require,
+    texts,
+)
 from tests.campaigns.bad_input.yard import CASE, Yard
 
 KINDS: dict[str, Kind] = {}
@@ -96,12 +104,14 @@ def _leads_away(word: str) -> bool:
 
 @kind(0.05, _arguments)
 def command_line(yard: Yard, given: tuple[tuple[str, str, str], list[str], bytes | None]) -> None:
-    """Status 0, or status 2 and one line; no file is left half-written."""
+    """Status 0, or status 2 and a line for each mistake; no file is left half-written."""
     (verb, case, results), options, contents = given
     (yard.cases / "input.toml").write_bytes(CASE.encode() if contents is None else contents)
     code, said = called([verb, case, "--results", results, *options], yard.path / "cwd")
     require(code in (0, 2), f"status {code}: {said!r}")
-    require(code == 0 or (said.count("\n") == 1 and said.endswith("\n")), f"not one line: {said!r}")
+    require(code == 0 or said.endswith("\n"), f"no whole line: {said!r}")
+    if code:
+        lines_of_a_refusal(said)
     require(not list(yard.path.rglob("*.tmp")), "half a file")
 
 
