@@ -19,6 +19,7 @@ Rooms, from the ground; a room imports only from those above it in this list:
     diagnosis               the missing effect: preflight, diagnose
     verification            phase 3: verify, validate
     check, report, terminal what is said, before and after
+    demo                    the case that comes with the project
     cli, summary            the command line, and the schema of what it notes
 """
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from calibrator import __version__
 from calibrator.case.toml import read_case
+from calibrator.demo import lay_out
 from calibrator.errors import CalibratorError, one_line
 from calibrator.terminal import ProgressBar, say, say_json
 
@@ -136,7 +137,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     whole = Verb(f"{', '.join(VERBS)}, one after the other", "")
-    for name, verb in {**VERBS, "all": whole, **DIAGNOSIS}.items():
+    demo = Verb("copy the demo's sand into the present folder, and do `all` on it", "")
+    for name, verb in {"demo": demo, **VERBS, "all": whole, **DIAGNOSIS}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
     return parser
@@ -144,7 +146,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
     """Add the options that a verb takes."""
-    own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
+    if verb != "demo":
+        own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
     own.add_argument(
         "--results",
         type=_path,
@@ -208,8 +211,19 @@ def _workspace(options: argparse.Namespace) -> Workspace:
     return Workspace(case, folder, options.fresh, options.engine, _given(options))
 
 
+def _lay_out_demo(options: argparse.Namespace) -> None:
+    """Copy the demo's files, say so, and let the options ask for the whole way on its case."""
+    options.case, written = lay_out(Path())
+    options.verb = "all"
+    if not options.json:
+        say("demo: " + (f"wrote {', '.join(written)}" if written else "its files are here already"))
+        say(f"  what follows is `calibrator all {options.case}`; a sand of your own starts from it")
+
+
 def _do(options: argparse.Namespace) -> int:
     """Carry out what was asked for; returns the exit status."""
+    if options.verb == "demo":
+        _lay_out_demo(options)
     space = _workspace(options)
     if options.verb in DIAGNOSIS:
         return _diagnose(options, space)

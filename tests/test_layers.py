@@ -12,7 +12,7 @@ FLOORS = [
     ["plan"],
     ["search", "diagnosis"],
     ["verification"],
-    ["check", "report", "terminal"],
+    ["check", "demo", "report", "terminal"],
     ["cli", "summary"],
 ]
 GROUND = {"errors", "files", "threads"}  # single modules that everything may use
