@@ -2,6 +2,7 @@
 # make paper  the reference paper's case: calibrate on the shipped runs, fill docs/paper_case.md   (AFRESH=1: verify on YADE anew)
 # make hidden a laboratory on YADE in which moisture is hidden, its diagnosis, and the score   (HIDE=none, soft_grains, ...)
 # make test   install what is missing, run all checks and tests   (make test-cluster: those of --engine slurm alone)
+# make release   check version, changelog and tag, build and check wheel and source archive; uploads nothing
 # make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
 PYTHON ?= python3
 VENV := .venv
@@ -12,7 +13,7 @@ export OMP_NUM_THREADS ?= 1
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
-.PHONY: demo paper hidden live test test-cluster lint lab yade slurm lock clean
+.PHONY: demo paper hidden live test test-cluster lint lab yade slurm release lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -79,6 +80,9 @@ $(VENV)/.done-test: $(VENV)/.done requirements-test.lock
 	$(LOCKED) requirements-test.lock
 	touch $@
 
+release: $(VENV)/.done-test
+	$(BIN)/python -m delivery.release
+
 UV = .venv-lock/bin/uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
 lock:
 	$(PYTHON) -m venv .venv-lock && .venv-lock/bin/pip install -q uv
@@ -88,4 +92,4 @@ lock:
 	rm -r .venv-lock
 
 clean:
-	rm -rf $(VENV) results
+	rm -rf $(VENV) results dist
