@@ -15,7 +15,7 @@ from calibrator.errors import CalibratorError
 from calibrator.plan.requests import design_points, plan_requests
 from calibrator.plan.seeds import overlapping
 from calibrator.responses.objectives import OBJECTIVES
-from calibrator.runs.engines import ENGINES
+from calibrator.runs.machine import examine
 from calibrator.runs.setups import geometry_warnings
 from calibrator.runs.workspace import Workspace
 
@@ -37,8 +37,8 @@ class Checked:
 def check_case(space: Workspace) -> Checked:
     """Everything that can be wrong before a run is made.
 
-    Time steps, narrow necks, what a diagnosis lacks; raises CalibratorError for an unknown
-    objective or a missing YADE.
+    Time steps, narrow necks, what the machine or a diagnosis lacks; raises CalibratorError for an
+    unknown objective, or a YADE that is missing or cannot be used.
     """
     case = space.case
     for name in case.search.objectives:
@@ -49,7 +49,7 @@ def check_case(space: Workspace) -> Checked:
     probes = [next((r for r in requests if r.setup == setup), None) for setup in SETUPS]
     warnings = [w for probe in probes if probe is not None for w in geometry_warnings(probe)]
     warnings += _step_warnings(case)
-    ENGINES[space.engine](case).require()
+    warnings += examine(space.path, space.engine, case.run.yade).warnings()
     warnings += unmeasured(case)
     targets = tuple(t.key for t in case.problem.targets)
     return space.note("check", Checked(len(requests), targets, tuple(warnings)))

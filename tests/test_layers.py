@@ -20,7 +20,7 @@ FENCED = {
     "pymoo": {"search.nsga2"},
     "moocore": {"search.nsga2"},
     "matplotlib": {"report.figures"},
-    "subprocess": {"runs.local", "runs.slurm"},
+    "subprocess": {"runs.local", "runs.slurm", "runs.programs"},
     "sklearn": {"responses.gaussian_process"},
     "threadpoolctl": {"threads"},
     "pandas": {"runs.database"},
