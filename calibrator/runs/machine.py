@@ -79,7 +79,7 @@ class Machine:
     calibrator, python : versions; system : the distribution; yade : the build that would be used;
     cores : that this process may use; memory [bytes] : that is free, None where that is not known;
     network_namespace : whether runs can be cut off from the network; slurm : version, empty where
-    there is none; results : folder of the results; free_space [bytes] : on its disk; missing : what
+    none answers; results : folder of the results; free_space [bytes] : on its disk; missing : what
     the engine that was asked for lacks.
     """
 
@@ -150,7 +150,10 @@ def examine(results: Path, engine: str = "local", named: str = "") -> Machine:
     below = next((p for p in (results, *results.absolute().parents) if p.is_dir()), Path("/"))
     free = shutil.disk_usage(below).free
     missing = [*_lacks_of_disk(below, free)]
-    missing += _lacks_of_slurm() if engine == "slurm" else _lacks_of_programs(build, yade, wall)
+    slurm, silence = _slurm()
+    missing += (
+        _lacks_of_slurm(silence) if engine == "slurm" else _lacks_of_programs(build, yade, wall)
+    )
     if yade.version and yade.version not in TRIED:
         why = f"only {' and '.join(TRIED)} were tried"
         remedy = "compare a run or two with theirs (python -m benchmarks.runs.versions)"
@@ -164,7 +167,7 @@ def examine(results: Path, engine: str = "local", named: str = "") -> Machine:
         cores=len(os.sched_getaffinity(0)),
         memory=_free_memory(),
         network_namespace=bool(wall),
-        slurm=_slurm(),
+        slurm=slurm,
         results=str(results),
         free_space=free,
         missing=tuple(missing),
@@ -221,14 +224,15 @@ def _lacks_of_programs(build: Build, yade: Yade, wall: list[str]) -> list[Missin
     return found
 
 
-def _lacks_of_slurm() -> list[Missing]:
+def _lacks_of_slurm(silence: str) -> list[Missing]:
     """What submitting to a cluster lacks; YADE is needed on its nodes, not here."""
     remedy = "call this on a login node, or leave out --engine slurm"
-    return [
+    found = [
         Missing(f"{name} is not installed", "it hands runs to the cluster", remedy)
         for name in ("sbatch", "squeue")
         if shutil.which(name) is None
     ]
+    return found or ([Missing("SLURM does not answer", silence, remedy)] if silence else [])
 
 
 def _lacks_of_disk(folder: Path, free: int) -> list[Missing]:
@@ -263,9 +267,10 @@ def _free_memory() -> int | None:
     return int(kilobytes) * 1024
 
 
-def _slurm() -> str:
-    """Version of SLURM; empty where there is none."""
+def _slurm() -> tuple[str, str]:
+    """Version of SLURM, empty where there is none, and why it does not answer where there is."""
     if shutil.which("sbatch") is None:
-        return ""
+        return "", ""
     status, said = said_by(["sbatch", "--version"], dict(os.environ), 20)
-    return one_line(said.strip()) if status == 0 else ""
+    last = one_line((said.strip() or "no word").splitlines()[-1])
+    return (last, "") if status == 0 else ("", last)

@@ -115,6 +115,19 @@ def test_on_a_cluster_slurm_is_essential_and_yade_is_up_to_the_nodes(tmp_path, m
     assert essential == ["sbatch is not installed", "squeue is not installed"]
 
 
+def test_a_slurm_that_is_not_set_up_is_found(tmp_path, monkeypatch):
+    only(tmp_path, monkeypatch)
+    (tmp_path / "bin").mkdir()
+    for name in ("sbatch", "squeue"):
+        (tmp_path / "bin" / name).write_text("#!/bin/sh\necho no configuration >&2; exit 1\n")
+        (tmp_path / "bin" / name).chmod(0o755)
+    (lack,) = [one for one in examine(tmp_path, "slurm").missing if one.essential]
+    assert "does not answer" in lack.what and "no configuration" in lack.why
+    (tmp_path / "bin" / "sbatch").write_text("#!/bin/sh\necho slurm 22.05\n")
+    assert examine(tmp_path, "slurm").good
+    assert examine(tmp_path, "slurm").slurm == "slurm 22.05"
+
+
 def test_the_option_json_prints_the_outcome(tmp_path, fake_yade, capsys):
     assert main(["doctor", "--json", "--results", str(tmp_path)]) == 0
     said = json.loads(capsys.readouterr().out)
