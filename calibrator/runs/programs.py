@@ -35,7 +35,7 @@ class Build:
         """What to do where a program of this build is missing."""
         if self.named_by:
             return f"correct {self.named_by}, or leave it out for the yade on the PATH"
-        return f"{installing('yade')} (in a checkout: make yade)"
+        return f"{installing('yade')} (tried: Debian 12 and 13; in a checkout: make yade)"
 
     def require(self) -> None:
         """Raise CalibratorError, with the remedy, where this machine lacks one of its programs."""
