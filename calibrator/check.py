@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.physics import rayleigh_time, time_step_warning
+from calibrator.case.physics import damped_steps, floored, rayleigh_time, time_step_warning
 from calibrator.case.problem import known
 from calibrator.case.vocabulary import SETUPS
 from calibrator.diagnosis.experiments import unmeasured
@@ -56,17 +56,41 @@ def check_case(space: Workspace) -> Checked:
 
 
 def _step_warnings(case: Case) -> list[str]:
-    """What a time step longer than the reference paper's asks for does at these parameters."""
+    """What a time step does that is longer than the reference paper's, or than contacts bear."""
     columns = case.problem.columns(design_points(case))
     fraction = float(np.max(columns["rayleigh_fraction"]))
     fixed_step = float(np.max(columns["time_step"]))
-    shortest = float(np.min(rayleigh_time(columns)))
+    crossing, damped = rayleigh_time(columns), damped_steps(columns)
+    shortest = float(np.min(crossing))
     step = fixed_step or fraction * shortest
     warnings = [w for w in [time_step_warning(step * (1 - 1e-9), columns)] if w]
-    if step > 0.2 * shortest * (1 + 1e-9) and np.min(columns["restitution"]) < 0.6:
+    worst = int(np.argmin(damped if fixed_step else damped / crossing))
+    stable = float(damped[worst])
+    restitution = float(np.broadcast_to(columns["restitution"], crossing.shape)[worst])
+    if fixed_step > stable * (1 + 1e-9):
+        warnings.append(
+            f"time_step = {fixed_step:.3g} s is unstable for a restitution of {restitution:g},"
+            f" whose damping bears {floored(stable)} s: lower it to that, or set time_step = 0 and"
+            " let each run take its own"
+        )
+        return warnings
+    share = float(damped[worst] / crossing[worst])
+    if not fixed_step and fraction > share * (1 + 1e-9):
+        warnings.append(
+            f"rayleigh_fraction = {fraction:g} would be unstable for a restitution of"
+            f" {restitution:g}: its runs take steps of at most {floored(share)} of the Rayleigh"
+            " time instead, which the forecast knows"
+        )
+    taken = (
+        np.full(crossing.shape, fixed_step)
+        if fixed_step
+        else np.minimum(fraction * crossing, damped)
+    )
+    coarse = (taken > 0.2 * crossing * (1 + 1e-9)) & (columns["restitution"] < 0.6)
+    if np.any(coarse):
         warnings.append(
             "impacts with a restitution below 0.6 lose too much speed at a time step of"
-            f" {step / shortest:.0%} of the Rayleigh time: set rayleigh_fraction = 0.2 (or a"
-            " smaller time_step) under [fixed]"
+            f" {np.max((taken / crossing)[coarse]):.0%} of the Rayleigh time: set rayleigh_fraction"
+            " = 0.2 (or a smaller time_step) under [fixed]"
         )
     return warnings

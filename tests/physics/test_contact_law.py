@@ -252,8 +252,10 @@ def test_layer_at_rest_by_translational_energy_still_spins(measured):
 
 
 def test_a_grain_that_has_left_the_vessel_ends_the_filling_soon_and_says_why(measured):
-    m = measured("lost_grain")
-    assert "a grain has left the vessel" in m["error"] and m["time"] < 0.1 * m["longest_time"]
+    for speed in (0.0, 0.1):
+        m = measured("lost_grain", speed)
+        assert "a grain has left the vessel" in m["error"] and m["time"] < 0.1 * m["longest_time"]
+        assert ("lower pouring_velocity" in m["error"]) is (speed > 0)  # none is below nothing
 
 
 def test_a_wait_begins_when_the_last_step_of_the_one_before_has_ended(measured):
