@@ -41,7 +41,9 @@ class Watch:
 
     def start(self) -> None:
         """Let the clock begin: the batch has been submitted."""
-        self.begin = time.monotonic()
+        self.begin, self.seen = time.monotonic(), 0.0
+        self.began: dict[str, float] = {}
+        self.took: dict[str, float] = {}
 
     def ends(self) -> list[End]:
         """How the plan's runs have ended so far, each by its last attempt."""
@@ -49,13 +51,11 @@ class Watch:
 
     def look(self) -> Progress:
         """The call as its records and logs show it now."""
+        elapsed = time.monotonic() - self.begin
         for request in self.batch.requests:
-            if request.run_id in self.now or not has_ended(self.folder, request):
-                continue
-            if (verdict := verdict_on(self.folder, request)) is not None:
-                self.now[request.run_id] = End(*verdict)
-                self.ended.append(request)
-        elapsed, pending = time.monotonic() - self.begin, {r.run_id for r in self.batch.requests}
+            if request.run_id not in self.now:
+                self._look_at(request, elapsed)
+        self.seen, pending = elapsed, {r.run_id for r in self.batch.requests}
         final = [self.before[i] for i in self.call - pending if i in self.before]
         open_ends, retried = pending - self.now.keys(), 0
         for run_id, end in self.now.items():
@@ -67,23 +67,35 @@ class Watch:
         left = self._left(elapsed)
         return Progress(len(final), failed, len(self.call), elapsed, left, retried)
 
-    def _left(self, elapsed: float) -> float:
-        """Seconds until the batch has ended, by the pace of what has, and of what has not yet.
+    def _look_at(self, request: Request, elapsed: float) -> None:
+        """Note whether a run has begun, or ended, since the last look."""
+        run_id = request.run_id
+        if has_ended(self.folder, request):
+            if (verdict := verdict_on(self.folder, request)) is not None:
+                self.now[run_id] = End(*verdict)
+                self.took[run_id] = elapsed - self.began.get(run_id, self.seen)
+                self.ended.append(request)
+        elif run_id not in self.began and self.folder.log(request).exists():
+            self.began[run_id] = elapsed
 
-        The runs in flight are taken to be half done, unless they began just now; none of their
-        predicted times is trusted once it has passed.
+    def _left(self, elapsed: float) -> float:
+        """Seconds until the batch has ended, by what its runs have taken over what was predicted.
+
+        A run that has outlived its prediction is taken to need a quarter of its time once more.
         """
-        cost, cores = self.batch.cost, self.cores or 1
-        waiting = [cost[r.run_id] for r in self.batch.requests if r.run_id not in self.now]
-        if not waiting:
+        cost = self.batch.cost
+        left = {r.run_id: cost[r.run_id] for r in self.batch.requests if r.run_id not in self.now}
+        if not left:
             return 0.0
-        done, flying = sum(cost.values()) - sum(waiting), sum(waiting[:cores])
+        spent, mean = sum(cost.values()) - sum(left.values()), sum(cost.values()) / len(cost)
         if self.cores is None:  # how long jobs queue is not known: the rate is all there is
-            return elapsed * sum(waiting) / max(done, flying)
-        under_way = 0.5 * flying if done else min(0.5 * flying, elapsed * cores)
-        measured = elapsed / max(done + under_way, 1e-9)
-        if not done:
-            measured = max(1 / cores, 1.25 * elapsed / flying)
-        trust = len(self.now) / (len(self.now) + cores)
-        pace = max(trust * measured + (1 - trust) / cores, 1.25 * elapsed / (done + flying))
-        return pace * (sum(waiting) - under_way)
+            return elapsed * max(sum(left.values()), mean / 4) / max(spent, mean)
+        pace = (sum(self.took.values()) + mean) / (spent + mean)
+        flying = []
+        for run_id in left:
+            left[run_id] *= pace
+            if run_id in self.began:
+                age = elapsed - self.began[run_id]
+                left[run_id] = max(left[run_id] - age, age / 4)
+                flying.append(left[run_id])
+        return max([sum(left.values()) / self.cores, *flying])
