@@ -7,7 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.physics import damped_steps, floored, rayleigh_time, time_step_warning
+from calibrator.case.physics import (
+    LARGEST_SHARE,
+    damped_steps,
+    floored,
+    rayleigh_time,
+    time_step_warning,
+)
 from calibrator.case.problem import known
 from calibrator.case.vocabulary import SETUPS
 from calibrator.diagnosis.experiments import unmeasured
@@ -63,24 +69,22 @@ def _step_warnings(case: Case) -> list[str]:
     crossing, damped = rayleigh_time(columns), damped_steps(columns)
     shortest = float(np.min(crossing))
     step = fixed_step or fraction * shortest
+    share = damped / crossing
+    worst = int(np.argmin(damped if fixed_step else share))
+    restitution = float(np.broadcast_to(columns["restitution"], damped.shape)[worst])
     warnings = [w for w in [time_step_warning(step * (1 - 1e-9), columns)] if w]
-    worst = int(np.argmin(damped if fixed_step else damped / crossing))
-    stable = float(damped[worst])
-    restitution = float(np.broadcast_to(columns["restitution"], crossing.shape)[worst])
-    if fixed_step > stable * (1 + 1e-9):
-        warnings.append(
-            f"time_step = {fixed_step:.3g} s is unstable for a restitution of {restitution:g},"
-            f" whose damping bears {floored(stable)} s: lower it to that, or set time_step = 0 and"
-            " let each run take its own"
-        )
-        return warnings
-    share = float(damped[worst] / crossing[worst])
-    if not fixed_step and fraction > share * (1 + 1e-9):
-        warnings.append(
+    if fixed_step > damped[worst] * (1 + 1e-9):
+        bound = floored(min(float(damped[worst]), LARGEST_SHARE * shortest))
+        return [
+            f"time_step = {fixed_step:.3g} s is unstable for a restitution of {restitution:g}:"
+            f" lower it to {bound} s, or set time_step = 0 and let each run take its own"
+        ]
+    if not fixed_step and fraction > share[worst] * (1 + 1e-9):
+        warnings = [
             f"rayleigh_fraction = {fraction:g} would be unstable for a restitution of"
-            f" {restitution:g}: its runs take steps of at most {floored(share)} of the Rayleigh"
-            " time instead, which the forecast knows"
-        )
+            f" {restitution:g}: its runs take at most {floored(float(share[worst]))} of the"
+            " Rayleigh time instead, which the forecast knows"
+        ]
     taken = (
         np.full(crossing.shape, fixed_step)
         if fixed_step

@@ -153,12 +153,12 @@ def setup_requests() -> list[Request]:
     radius, (young, _, density) = 1.5e-3, GRAINS["soft"]
     common = dict(young_modulus=young, particle_radius=radius, particle_density=density)
     setups = {
-        "hourglass": dict(fill_mass=0.045, cylinder_diameter=0.036, neck_diameter=0.0165),
-        "ledge": dict(box_length=0.036, box_width=0.015, fill_height=0.03),
-        "conical_pile": dict(cylinder_diameter=0.03, fill_height=0.03),
+        "hourglass": dict(fill_mass=0.017, cylinder_diameter=0.027, neck_diameter=0.015),
+        "ledge": dict(box_length=0.027, box_width=0.012, fill_height=0.018),
+        "conical_pile": dict(cylinder_diameter=0.024, fill_height=0.02),
     }
     made = []
-    for e in (0.1, 0.2, 0.3, 0.4, 0.5):
+    for e in (0.2, 0.3, 0.4, 0.5):
         for setup, geometry in setups.items():
             numbers = {**common, **geometry, "restitution": e, "seed": 81_001}
             made.append(Request.of(setup, **numbers))

@@ -137,8 +137,9 @@ class Validation(Replicates):
 class Running:
     """How runs are carried out.
 
-    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails;
-    budget_core_hours stops a plan that is too large; shipped : a database to start from.
+    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails, or takes ten
+    times its predicted CPU time; budget_core_hours [h] : what one command may spend, asked before
+    each batch of runs; shipped : a database to start from.
     """
 
     jobs: int = 0
