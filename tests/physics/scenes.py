@@ -94,6 +94,11 @@ def experiments():
     yield sizes, (0.25,)
     yield settled_layer, ()
     yield from ((lost_grain, (speed,)) for speed in (0.0, 0.1))
+    yield from steps_of_damped_grains()
+
+
+def steps_of_damped_grains():
+    """Those on the time step."""
     yield shot_grain, ()
     for mode in ("normal", "spin"):
         yield from ((largest_stable_step, (mode, e)) for e in (0.1, 0.4, 0.9))
