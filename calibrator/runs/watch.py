@@ -37,6 +37,9 @@ class Watch:
         self.before = {r.run_id: End(r.status, r.error) for r in records}
         self.now: dict[str, End] = {}
         self.ended: list[Request] = []
+        # what earlier attempts left, where they have not been submitted again, says nothing new
+        tried = [r for r in batch.requests if batch.failed[r.run_id] > 0]
+        self.stale = {r.run_id: self._left_by(r) for r in tried}
         self.start()
 
     def start(self) -> None:
@@ -70,6 +73,8 @@ class Watch:
     def _look_at(self, request: Request, elapsed: float) -> None:
         """Note whether a run has begun, or ended, since the last look."""
         run_id = request.run_id
+        if run_id in self.stale and self._left_by(request) == self.stale[run_id]:
+            return
         if has_ended(self.folder, request):
             if (verdict := verdict_on(self.folder, request)) is not None:
                 self.now[run_id] = End(*verdict)
@@ -77,6 +82,11 @@ class Watch:
                 self.ended.append(request)
         elif run_id not in self.began and self.folder.log(request).exists():
             self.began[run_id] = elapsed
+
+    def _left_by(self, request: Request) -> list[int]:
+        """When the files of a run's last attempt were written; 0 where there is none."""
+        files = self.folder.record(request), self.folder.log(request)
+        return [f.stat().st_mtime_ns if f.exists() else 0 for f in files]
 
     def _left(self, elapsed: float) -> float:
         """Seconds until the batch has ended, by what its runs have taken over what was predicted.

@@ -51,3 +51,15 @@ def test_the_time_left_is_never_nothing_while_a_run_is_under_way(watched):
 def test_a_run_that_ended_without_a_record_is_to_be_tried_again_and_not_done(watched):
     progress = watched(100, 2)
     assert (progress.done, progress.failed, progress.retried, progress.total) == (0, 0, 2, 4)
+
+
+def test_what_an_earlier_attempt_left_is_no_end_of_the_next_one(tmp_path):
+    folder, (request,) = folder_with(tmp_path), requests(1)
+    folder.prepare()
+    folder.log(request).write_text("status  : 256 (x)\n")
+    batch = Batch([request], {request.run_id: 100.0}, {request.run_id: 1})
+    seen = Watch(folder, batch, None, {request.run_id}, [], 3)
+    assert (seen.look().retried, seen.ended) == (1, [])
+    folder.log(request).unlink()
+    folder.log(request).write_text("status  : 256 (y)\n")
+    assert seen.look().retried == 1 and seen.ended == [request]
