@@ -34,7 +34,7 @@ WALL_RADIUS_RATIO = 1e8
 LARGEST_STEP_SHARE = 0.28
 # of the damped step of a grain on a shear spring, and times its damping ratio: found on poured beds
 # (benchmarks/runs/damped_step.py)
-LARGEST_DAMPED_SHARE, CROWD = 0.8, 5.0
+LARGEST_DAMPED_SHARE, CROWD = 0.8, 6.0
 # kinetic energy over m g d: grains that still rock, in a heap that no longer moves
 FILLING_ENERGY_RATIO = 5e-4
 SIZE_CLASSES = 7

@@ -24,7 +24,7 @@ unbiased and the bulk responses do not move (benchmarks/runs/same_responses.py).
 LARGEST_STEP_SHARE = 0.28
 """The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
 
-LARGEST_DAMPED_SHARE, CROWD = 0.8, 5.0
+LARGEST_DAMPED_SHARE, CROWD = 0.8, 6.0
 """Of the scripts' bound for the damping of inelastic grains (yade_scripts/material.py)."""
 
 
