@@ -145,10 +145,11 @@ class Validation(Replicates):
 class Running:
     """How runs are carried out.
 
-    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails;
-    budget_core_hours stops a plan that is too large; shipped : a database to start from; yade : the
-    build of YADE, as a name on the PATH or an absolute path, whose own yade-batch is called as it
-    with "-batch" behind. A case may come from anybody: what it names must be called yade-something.
+    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails, or takes ten
+    times its predicted CPU time; budget_core_hours [h] : what one command may spend, asked before
+    each batch of runs; shipped : a database to start from; yade : the build of YADE, as a name on
+    the PATH or an absolute path, whose own yade-batch is called as it with "-batch" behind. A case
+    may come from anybody: what it names must be called yade-something.
     """
 
     jobs: int = 0

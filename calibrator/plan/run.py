@@ -29,20 +29,18 @@ from calibrator.runs.workspace import (
     made_by,
     silent,
     without,
-    work_left,
 )
 
 
 def run_plan(space: Workspace, report: Report = silent) -> Collection:
     """Carry out the plan, with one substitute for each clogged run.
 
-    Resumes; never repeats a finished run. Raises CalibratorError where that would take more than
+    Resumes; never repeats a finished run. Raises CalibratorError where a batch of them would exceed
     run.budget_core_hours.
     """
     if space.case.plan.design == "adaptive":
         return _run_adaptively(space, report)
     requests = plan_requests(space.case)
-    _within_budget(space, requests)
     records = carry_out(space, requests, report)
     carry_out(space, substitutes(records), report)
     return space.note("run", _collected(space, database_records(space)))
@@ -201,24 +199,6 @@ def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Reque
     }
     lines = [*_proposal_lines(space), json.dumps(line)]
     write_text(space.folder() / "proposals.jsonl", "".join(f"{one}\n" for one in lines))
-
-
-def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
-    """Raise CalibratorError where these runs would take more than run.budget_core_hours."""
-    if words := beyond_budget(space, requests):
-        raise CalibratorError(words)
-
-
-def beyond_budget(space: Workspace, requests: Sequence[Request]) -> str:
-    """A sentence where these runs would take more than run.budget_core_hours, else ""."""
-    missing, hours = work_left(space, requests)
-    if hours <= space.case.run.budget_core_hours:
-        return ""
-    return (
-        f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
-        f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
-        " make the plan smaller"
-    )
 
 
 def database_records(space: Workspace) -> list[Record]:
