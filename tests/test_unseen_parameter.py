@@ -59,9 +59,6 @@ def runs_of_both(count=12):
 def test_a_run_has_no_value_of_what_its_set_up_does_not_have():
     points = points_of(BOTH, [r.request for r in runs_of_both(1)])
     assert np.isnan(points).tolist() == [[False, False], [False, True]]
-    assert BOTH.unseen == (
-        "ledge does not have neck_diameter: its responses are interpolated without",
-    )
 
 
 def test_each_response_is_a_function_of_its_own_parameters_alone():
@@ -132,5 +129,5 @@ def test_a_target_that_no_parameter_moves_is_refused_before_any_run(write_case):
     )
     with pytest.raises(CalibratorError, match="ledge has none of the calibrated parameters"):
         read_case(write_case(only_neck, NECK, lab=none))
-    with pytest.raises(CalibratorError, match="neck_diameter is no parameter of ledge.*hourglass"):
+    with pytest.raises(CalibratorError, match=r"neck_diameter is no parameter of ledge.*hourglass"):
         read_case(write_case(NECK, lab=none))

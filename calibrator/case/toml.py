@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from calibrator.case.case import Case
 from calibrator.case.codec import Table, build, typed
+from calibrator.case.constraints import Constraint, read_constraint
 from calibrator.case.lab import Nuisance, Observable, read_lab, read_nuisances
 from calibrator.case.problem import Parameter, Problem, Target, Value, checked_value, known
 from calibrator.case.settings import (
@@ -51,6 +52,7 @@ KEYS = (
     "setups",
     "targets",
     "truth_file",
+    "constraints",
     "conditions",
     *SECTIONS,
 )
@@ -224,7 +226,17 @@ def _problem(tables: Table, observables: list[Observable]) -> Problem:
         held_out=tuple(t for role, t in targets if role == "held_out"),
         fixed=fixed,
         setups=_setups(tables),
+        constraints=_constraints(tables, [p.name for p in parameters], fixed),
     )
+
+
+def _constraints(
+    tables: Table, calibrated: list[str], fixed: dict[str, Value]
+) -> tuple[Constraint, ...]:
+    """The inequalities of the key `constraints`."""
+    given = typed("constraints", tuple[str, ...], tables.get("constraints", []))
+    numbers = {n: float(v) for n, v in fixed.items() if not isinstance(v, str)}
+    return tuple(c for text in given for c in read_constraint(text, calibrated, numbers))
 
 
 def _parameter(name: str, spec: Any) -> Parameter:

@@ -43,7 +43,7 @@ def calibration(findings: Findings, album: Album) -> str:
         _sensitivity(findings, album),
         *(
             paragraph(text(spoken(findings, s)), "small")
-            for s in (*found.unseen, *found.reachability.sentences)
+            for s in (*found.unseen, *found.failures, *found.reachability.sentences)
         ),
     )
 

@@ -37,7 +37,8 @@ class Calibration(Counts):
         generation to the last one, in units of the objectives.
     seed_noise : standard deviation of a single run by setup.response, in the response's unit;
     leave_one_out_rms : error of the interpolant at sets left out, likewise.
-    unseen : which set-ups do not have which parameters, a sentence each.
+    unseen : which set-ups do not have which parameters, a sentence each; failures : how many runs
+        failed, and how many of those nearest to each candidate, likewise.
     arrays : hash of calibration.npz beside the summary, which holds the front, the populations and
         the interpolant's state (see `Traces`).
     fingerprint : of all that this was computed from.
@@ -53,6 +54,7 @@ class Calibration(Counts):
     identifiability: Identifiability
     sensitivity: Sensitivity
     unseen: tuple[str, ...]
+    failures: tuple[str, ...]
     arrays: str
     fingerprint: Fingerprint
 
@@ -82,7 +84,7 @@ class Calibration(Counts):
         chosen = self.compromise.parameters
         values = ", ".join(f"{k} = {v:.4g}" for k, v in chosen.items())
         first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
-        sentences = (*self.unseen, *self.reachability.sentences)
+        sentences = (*self.unseen, *self.failures, *self.reachability.sentences)
         said = [first, *(f"  {sentence}" for sentence in sentences)]
         for p in self.identifiability.parameters:
             truth = ""
