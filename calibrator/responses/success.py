@@ -24,9 +24,10 @@ from calibrator.responses.table import points_of
 from calibrator.runs.record import Record
 from calibrator.threads import on_one_thread
 
-LIKELY = 0.5  # probability of success from which a set is worth considering
+LIKELY = 0.5  # probability of success from which a set counts as one that can be run
+HIGH = 0.65  # the same for candidates, which are to be verified
 NEARLY = 0.9  # of the highest probability at a good run, where that is low
-NEAREST = 4  # runs that a sentence on a set counts
+NEAREST = 4  # sets around another that a sentence counts
 CHUNK = 4096  # rows predicted at once
 MOST_RUNS = 500  # that the classifier sees: it takes the cube of their number
 FEWEST_FAILED = 50  # of these, where there are as many
@@ -86,13 +87,14 @@ class Outcomes:
         return np.concatenate(found)
 
     def nearest(self, shares: np.ndarray) -> str:
-        """How many of the runs nearest to shares (d,) failed, in words; empty where none did."""
-        away = np.linalg.norm(self.shares - shares[self.seen], axis=1)
-        near = np.argsort(away, kind="stable")[:NEAREST]
-        failed = [self.statuses[i] for i in near if not self.good[i]]
+        """At how many of the sets nearest to shares (d,) a run failed; empty where none did."""
+        sets, own = np.unique(self.shares, axis=0, return_inverse=True)
+        near = np.argsort(np.linalg.norm(sets - shares[self.seen], axis=1), kind="stable")[:NEAREST]
+        failed = [i for i in np.flatnonzero(~self.good) if own[i] in near]
         if not failed:
             return ""
-        return f"{len(failed)} of the {len(near)} nearest {self.setup} runs {_how(failed)}"
+        how, count = _how([self.statuses[i] for i in failed]), len(set(own[failed].tolist()))
+        return f"{self.setup} runs {how} at {count} of the {len(near)} nearest sets"
 
     @property
     def said(self) -> str:
@@ -116,6 +118,11 @@ class Success:
         setups = problem.calibration_setups
         return cls(problem, tuple(Outcomes.of(problem, s, records) for s in setups))
 
+    @classmethod
+    def of_setup(cls, problem: Problem, setup: str, records: Sequence[Record]) -> Success:
+        """What these runs say of a single set-up."""
+        return cls(problem, (Outcomes.of(problem, setup, records),))
+
     @property
     def certain(self) -> bool:
         """Whether no run has failed."""
@@ -124,20 +131,21 @@ class Success:
     @property
     def failed(self) -> np.ndarray:
         """Sets (f, d) of the failed runs; NaN where their set-up does not take a parameter."""
-        return np.concatenate([part.points[~part.good] for part in self.parts])
+        none = np.empty((0, len(self.problem.names)))
+        return np.concatenate([none, *(part.points[~part.good] for part in self.parts)])
 
     @cached_property
-    def required(self) -> float:
-        """Probability from which a set is considered.
+    def attainable(self) -> float:
+        """Probability that can be asked for: nearly the highest that a good run's set has.
 
-        It is LIKELY, or less where failures are so common that no good run's set is as likely.
+        It is low where failures are common everywhere.
         """
         if self.certain:
-            return LIKELY
+            return 1.0
         good = np.concatenate([part.points[part.good] for part in self.parts])
         # what a set-up does not take may be anything to it
         shares = np.nan_to_num(self.problem.shares_of(good), nan=0.5)
-        return min(LIKELY, NEARLY * float(self._at_shares(shares).max(initial=0.0)))
+        return NEARLY * float(self._at_shares(shares).max(initial=0.0))
 
     def probability(self, points: np.ndarray) -> np.ndarray:
         """Probability (k,) that runs succeed at points (k, d), that of the set-up least likely."""
@@ -148,18 +156,21 @@ class Success:
     def _at_shares(self, shares: np.ndarray) -> np.ndarray:
         return np.asarray(np.min([part.probability(shares) for part in self.parts], axis=0))
 
-    def shortfall(self, points: np.ndarray) -> np.ndarray:
-        """By how much the probability (k,) at points (k, d) stays below the required one."""
+    def shortfall(self, points: np.ndarray, least: float = LIKELY) -> np.ndarray:
+        """By how much the probability (k,) at points (k, d) stays below what is asked for.
+
+        That is least, or what is attainable.
+        """
         if self.certain:
             return np.zeros(len(points))
-        return np.maximum(0.0, self.required - self.probability(points))
+        return np.maximum(0.0, min(least, self.attainable) - self.probability(points))
 
-    def excess(self, points: np.ndarray) -> np.ndarray:
+    def excess(self, points: np.ndarray, least: float = LIKELY) -> np.ndarray:
         """By how much (k,) points (k, d) lie outside what may be chosen; 0 inside.
 
-        Inside, the constraints allow a set, and it is likely enough to run.
+        Inside, the constraints allow a set, and its runs are likely enough to succeed.
         """
-        return np.asarray(self.shortfall(points) + self.problem.excess(points))
+        return np.asarray(self.shortfall(points, least) + self.problem.excess(points))
 
     def among(self, points: np.ndarray) -> np.ndarray:
         """Those of the points (k, d) that are likely enough; the likeliest where none is."""
@@ -174,11 +185,11 @@ class Success:
     @property
     def sentences(self) -> list[str]:
         """How many runs failed, in words, and what follows from it."""
-        said = [part.said for part in self.parts if part.said]
-        least = f"{self.required:.0%}"
+        least = f"{min(HIGH, self.attainable):.0%}"
         return [
-            f"{one}: sets where a run is less likely than {least} to succeed are left out"
-            for one in said
+            f"{part.said}: candidates keep to where a run succeeds with {least} or more"
+            for part in self.parts
+            if part.said
         ]
 
 

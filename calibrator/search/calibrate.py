@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from calibrator.plan.run import confirmed_set, database_records
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.objectives import evaluation
-from calibrator.responses.success import Success
+from calibrator.responses.success import HIGH, Success
 from calibrator.responses.table import points_of
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace, counts
@@ -101,7 +102,8 @@ def search_fronts(case: Case, interpolant: Interpolant, success: Success) -> lis
         s.population, s.generations, s.crossover, s.mutation, s.seed, (*SNAPSHOTS, s.generations)
     )
     settings = [dataclasses.replace(first, seed=s.seed + i) for i in range(s.repeats)]
-    return [search(case.problem, evaluate, own, s.objectives, success.excess) for own in settings]
+    beyond = partial(success.excess, least=HIGH)
+    return [search(case.problem, evaluate, own, s.objectives, beyond) for own in settings]
 
 
 def _chosen(

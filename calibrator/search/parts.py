@@ -75,7 +75,8 @@ class TargetReach:
         if self.only_failing:
             return (
                 f"{self.key} = {self.value:.4g} is reached only where runs fail: where they"
-                f" succeed, {span}, {self.gap:.1f} standard errors short; change what makes them fail"
+                f" succeed, {span}, {self.gap:.1f} standard errors short; change what makes"
+                " them fail"
             )
         return (
             f"{self.key} = {self.value:.4g} cannot be reached: {span}, {self.gap:.1f} standard"
