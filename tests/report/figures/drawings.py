@@ -11,6 +11,11 @@ AT = np.linspace(0.1, 0.4, 21)
 TIME = np.linspace(0, 1, 30)
 
 
+DECADE = dict(
+    positions=AT * 1e7, runs_at=AT[:6] * 1e7, failed_at=AT[-2:] * 1e7, chosen=2e6, log=True
+)
+
+
 def some_slice(label="rolling friction", **changes):
     runs = RNG.random(6)
     given = dict(
@@ -46,7 +51,7 @@ FIGURES = {
         [some_scene(), some_scene(surface=np.array([[0, 0.01], [0.02, 0.0]]))], 1e-3, cut=True
     ),
     "slices": lambda: calibration.slices(
-        [some_slice(), some_slice("young modulus [Pa]", positions=AT * 1e7, log=True)],
+        [some_slice(), some_slice("young modulus [Pa]", **DECADE)],
         "angle [°]",
         30.2,
         0.3,
