@@ -26,7 +26,7 @@ NEARBY = 64  # sample points around a position of which the best is a start
 ROUNDS = 12  # of the descent; it converges quadratically near the minimum
 WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
 
-BARRIER = 200.0  # standard errors per unit of excess: 1 % outside is not within the 95 % interval
+BARRIER = 1000.0  # standard errors per unit of excess: the 95 % interval reaches 0.2 % beyond
 
 Residuals = Callable[[np.ndarray], np.ndarray]
 
