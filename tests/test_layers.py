@@ -21,7 +21,7 @@ FENCED = {
     "moocore": {"search.nsga2"},
     "matplotlib": {"report.figures"},
     "subprocess": {"runs.local", "runs.slurm"},
-    "sklearn": {"responses.gaussian_process"},
+    "sklearn": {"responses.gaussian_process", "responses.kernel"},
     "threadpoolctl": {"threads"},
     "pandas": {"runs.database"},
 }
