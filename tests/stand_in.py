@@ -23,7 +23,7 @@ from calibrator.runs.request import Request
 from tests import fake_yade
 
 sys.path.insert(0, str(fake_yade.SCRIPTS))
-import contract  # noqa: E402
+import contract
 
 Noise = float | Mapping[str, float]
 

@@ -145,7 +145,8 @@ def crater(p, left, final, bulk_density, curves):
     curves["profile_radius"], curves["profile_height"] = measure.radial_profile(
         x, y, height, radius
     )
-    fit = measure.fit_slope(*measure.radial_profile(x, y, height, ring, slope_part))
+    profile = measure.radial_profile(x, y, height, ring, slope_part)
+    fit = measure.fit_slope(*profile, rising=True)
     volume = session.total_mass(p, left) / bulk_density
     responses = dict(
         drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck)
@@ -156,7 +157,7 @@ def crater(p, left, final, bulk_density, curves):
             drained_angle_error_deg=fit["error"],
             drained_curvature=fit["curvature"],
         )
-        tilt = measure.asymmetry(x, y, height, ring, slope_part)
+        tilt = measure.asymmetry(x, y, height, ring, slope_part, rising=True)
         if tilt is not None:
             responses["drained_asymmetry_deg"] = tilt
     return responses

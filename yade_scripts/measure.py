@@ -82,12 +82,14 @@ def _binned(position, value, width):
     return centre, np.bincount(index, value)[full] / count[full]
 
 
-def fit_slope(position, height):
+def fit_slope(position, height, rising=False):
     """Least-squares line through a profile.
 
     Returns angle [deg], its standard error [deg] (scatter of the profile about the line, delta
     method), curvature [1/m] (second derivative of the fitted parabola) and intercept [m]; None
-    where fewer than four points are given.
+    where fewer than four points are given. The angle is positive where the surface falls outwards,
+    as a heap does, or with `rising` where it rises, as a crater does; the other way round it is
+    negative: a dome is no crater of the same angle.
     """
     if len(position) < 4:
         return None
@@ -95,7 +97,7 @@ def fit_slope(position, height):
     curvature = 2 * np.polyfit(position, height, 2)[0]
     error = np.sqrt(covariance[0, 0]) / (1 + slope**2)
     return dict(
-        angle=float(np.degrees(np.arctan(abs(slope)))),
+        angle=float(np.degrees(np.arctan(slope if rising else -slope))),
         error=float(np.degrees(error)),
         curvature=float(curvature),
         intercept=float(intercept),
@@ -103,14 +105,17 @@ def fit_slope(position, height):
     )
 
 
-def asymmetry(x, y, height, width, part, cut=lambda position, profile: (position, profile)):
+def asymmetry(
+    x, y, height, width, part, cut=lambda position, profile: (position, profile), rising=False
+):
     """Half the difference of the slope angles [deg] on the +x and -x sides of a round heap.
 
     part (nx, ny) marks the pixels that belong to the slope; cut takes and returns (position,
-    profile) before the fit. None where one side has too few rings.
+    profile) before the fit; rising as for `fit_slope`. None where one side has too few rings.
     """
     sides = [part & (x > 0)[:, None], part & (x < 0)[:, None]]
-    fits = [fit_slope(*cut(*radial_profile(x, y, height, width, side))) for side in sides]
+    profiles = [cut(*radial_profile(x, y, height, width, side)) for side in sides]
+    fits = [fit_slope(*profile, rising=rising) for profile in profiles]
     return 0.5 * (fits[0]["angle"] - fits[1]["angle"]) if all(fits) else None
 
 

@@ -14,7 +14,7 @@ from benchmarks.peers.trial import FIRST, MOST_RUNS, RESPONSES, VERIFYING, Trial
 from calibrator.case.problem import Problem
 from calibrator.plan.adaptive import Settings, is_met, propose
 from calibrator.plan.design import full_grid, sobol
-from calibrator.responses.box import box_sample, refined
+from calibrator.responses.box import refined, sample_of
 from calibrator.responses.fit import fit_responses
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.objectives import evaluation
@@ -113,7 +113,7 @@ def least_error(problem: Problem, interpolant: Interpolant) -> np.ndarray:
     """The set (d,) of smallest O1 that a sample, refined around its best, finds."""
     rng = np.random.default_rng(1)
     evaluate = evaluation(problem, interpolant, ["error"])
-    sample = box_sample(problem.low, problem.high, 2**12, rng)
+    sample = sample_of(problem, 2**12, rng)
     return refined(
         lambda p: evaluate(p)[:, 0], sample[np.argmin(evaluate(sample)[:, 0])], problem, rng
     )

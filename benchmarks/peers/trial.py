@@ -11,7 +11,7 @@ import numpy as np
 from calibrator.case.case import Case
 from calibrator.case.problem import Problem, Target, Value
 from calibrator.plan.adaptive import bands
-from calibrator.responses.box import box_sample
+from calibrator.responses.box import sample_of
 from calibrator.responses.fit import fit_responses
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.table import response_table
@@ -131,11 +131,7 @@ class Trial:
 
     def share(self) -> float:
         """Share of the box that meets the targets: the chance of a set drawn at random."""
-        return float(
-            self.met(
-                box_sample(self.problem.low, self.problem.high, 2**12, np.random.default_rng(0))
-            ).mean()
-        )
+        return float(self.met(sample_of(self.problem, 2**12, np.random.default_rng(0))).mean())
 
 
 def reachable_trial(surface: Surface, count: int, seed: int) -> Trial:
@@ -150,7 +146,7 @@ def unreachable_trial(surface: Surface, count: int, seed: int) -> Trial:
     """The same, but for a density beyond the largest of the box."""
     trial = reachable_trial(surface, count, seed)
     values = np.array([t.value for t in trial.problem.targets])
-    sample = box_sample(trial.problem.low, trial.problem.high, 2**12, np.random.default_rng(0))
+    sample = sample_of(trial.problem, 2**12, np.random.default_rng(0))
     values[0] = BEYOND * surface.mean(trial.problem, sample)[:, 0].max()
     return Trial(surface, with_targets(trial.problem, values), seed)
 

@@ -21,6 +21,7 @@ from calibrator.case.settings import (
     Search,
     Validation,
 )
+from calibrator.case.vocabulary import PARAMETERS
 from calibrator.errors import CalibratorError
 from calibrator.files import named_file
 
@@ -59,6 +60,7 @@ class Case:
             else self.plan.sets
         )
         runs = sets * self.plan.replicates * len(self.problem.calibration_setups)
+        _require_seen(self.problem)
         if runs > MOST_RUNS:
             raise CalibratorError(
                 f"the plan has {runs:,} runs: lower samples, sets or replicates to at most"
@@ -86,3 +88,20 @@ class Case:
         verify = dataclasses.replace(self.verify, shipped="")
         validate = dataclasses.replace(self.validate, shipped="")
         return dataclasses.replace(self, verify=verify, validate=validate)
+
+
+def _require_seen(problem: Problem) -> None:
+    """Raise CalibratorError for a target that no parameter moves, and one that moves no target."""
+    for setup in problem.calibration_setups:
+        if not problem.seen_by(setup):
+            raise CalibratorError(
+                f"{setup} has none of the calibrated parameters, so that its targets say nothing of"
+                " them: give these targets the role held_out"
+            )
+    for name in problem.names:
+        if not any(name in problem.seen_by(s) for s in problem.calibration_setups):
+            raise CalibratorError(
+                f"{name} is no parameter of {' or '.join(problem.calibration_setups)}, and no other"
+                " set-up has a target: remove it, or calibrate a target of"
+                f" {' or '.join(PARAMETERS[name].setups)}"
+            )

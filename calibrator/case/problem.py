@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
-from calibrator.errors import CalibratorError, shown
+from calibrator.errors import CalibratorError, Mistakes, shown
 
 Value = float | int | str
 LARGEST, SMALLEST = 1e30, 1e-30
@@ -75,10 +75,11 @@ def checked_value(name: str, value: Any) -> Value:
 class Parameter:
     """A calibrated parameter: bounds, samples per axis of a full grid, bits of its genetic code.
 
-    scale says how a design spaces its values and in which coordinate responses are interpolated:
-    "linear", or "log" where the bounds span a decade, as those of Young's modulus often do. The
-    genetic encoding is always linear, like O2. Raises CalibratorError for bounds outside the
-    contract's, a name that is no number, and a scale that the bounds do not allow.
+    scale is the coordinate in which everything happens: designs, interpolation, genetic encoding,
+    distances, samples, intervals and the share of O2. It is "linear", as in the reference paper, or
+    "log" where the bounds span a decade, as those of Young's modulus often do. Raises
+    CalibratorError for bounds outside the contract's, a name that is no number, and a scale that
+    the bounds do not allow.
     """
 
     name: str
@@ -95,10 +96,14 @@ class Parameter:
             raise CalibratorError(
                 f"{self.name} is not a number that can be calibrated: move it to [fixed]"
             )
+        if self.low == self.high:
+            raise CalibratorError(
+                f"{self.name}: low and high are both {self.low:g}; give a wider interval, or move"
+                " it to [fixed]"
+            )
         if not self.low < self.high:
             raise CalibratorError(
-                f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap or"
-                " correct them"
+                f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap them"
             )
         if not 2 <= self.samples <= 1000:
             raise CalibratorError(f"{self.name}: samples = {self.samples}; give 2 to 1000")
@@ -217,36 +222,59 @@ class Problem:
     setups: dict[str, dict[str, Value]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        mistakes = Mistakes()
         if not self.parameters:
-            raise CalibratorError(
-                "nothing to calibrate: add a [parameters.<name>] table with low and high"
+            mistakes.note(
+                ["nothing to calibrate: add a [parameters.<name>] table with low and high"]
             )
         if not self.targets:
-            raise CalibratorError("no target: give the measured file a row with role calibrate")
-        if all(t.weight == 0 for t in self.targets):
-            raise CalibratorError(
-                "every target has weight 0, and would be reported only: give one of them a weight"
+            mistakes.note(["no target: give the measured file a row with role calibrate"])
+        elif all(t.weight == 0 for t in self.targets):
+            mistakes.note(
+                ["every target has weight 0, and would be reported only: give one of them a weight"]
             )
         names = [p.name for p in self.parameters]
         keys = [t.key for t in (*self.targets, *self.held_out)]
         for what in (names, keys):
             twice = [x for x in what if what.count(x) > 1]
-            if twice:
-                raise CalibratorError(f"{twice[0]} is given twice: keep one of them")
-        clash = sorted(set(names) & set(self.fixed))
-        if clash:
-            raise CalibratorError(
-                f"{clash[0]} is both calibrated and fixed: remove it from one of the two"
-            )
+            mistakes.note(f"{x} is given twice: keep one of them" for x in twice)
+        mistakes.note(
+            f"{name} is both calibrated and fixed: remove it from one of the two"
+            for name in names
+            if name in self.fixed
+        )
         for setup, own in self.setups.items():
             # it would silently win over every set's own value
-            for name in sorted(own.keys() & {*names, "seed"}):
-                raise CalibratorError(f"setups.{setup}.{name} is what the plan sets: remove it")
+            mistakes.note(
+                f"setups.{setup}.{name} is what the plan sets: remove it"
+                for name in sorted(own.keys() & {*names, "seed"})
+            )
+        mistakes.raise_any()
 
     @property
     def names(self) -> list[str]:
         """Names of the calibrated parameters, in order."""
         return [p.name for p in self.parameters]
+
+    def seen_by(self, setup: str) -> list[str]:
+        """Names of the calibrated parameters that a set-up takes, in order."""
+        return [n for n in self.names if setup in PARAMETERS[n].setups]
+
+    def only(self, names: Sequence[str]) -> Problem:
+        """The same problem with these of its parameters alone."""
+        return replace(self, parameters=tuple(p for p in self.parameters if p.name in names))
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """A sentence for each set-up with a target that does not take every parameter."""
+        blind = {
+            s: [n for n in self.names if n not in self.seen_by(s)] for s in self.calibration_setups
+        }
+        return tuple(
+            f"{s} does not have {' and '.join(names)}: its responses are interpolated without"
+            for s, names in blind.items()
+            if names
+        )
 
     @property
     def low(self) -> np.ndarray:
@@ -257,6 +285,39 @@ class Problem:
     def high(self) -> np.ndarray:
         """Upper bounds, shape (d,)."""
         return np.array([p.high for p in self.parameters])
+
+    @property
+    def scaled_bounds(self) -> np.ndarray:
+        """Box (2, d) on the parameters' scales: bounds, or their logarithms."""
+        return self.scaled(np.array([self.low, self.high]))
+
+    def scaled(self, points: np.ndarray) -> np.ndarray:
+        """Points (n, d) on the parameters' scales: values, or their logarithms."""
+        points = np.array(points, float)
+        points[:, self._logs] = np.log(points[:, self._logs])
+        return points
+
+    def unscaled(self, points: np.ndarray) -> np.ndarray:
+        """The inverse of `scaled`, for points (n, d) of the box."""
+        points, logs = np.array(points, float), self._logs
+        inner = np.exp(points[:, logs])  # rounding must not carry it over a bound
+        points[:, logs] = np.clip(inner, self.low[logs], self.high[logs])
+        return points
+
+    def values_at(self, shares: np.ndarray) -> np.ndarray:
+        """Points (n, d) at shares (n, d), each 0 to 1 of the way along a parameter's scale."""
+        both = zip(self.parameters, np.asarray(shares, float).T, strict=True)
+        return np.column_stack([p.values_at(share) for p, share in both])
+
+    def shares_of(self, points: np.ndarray) -> np.ndarray:
+        """The inverse of `values_at`: where points (n, d) lie along the parameters' scales."""
+        both = zip(self.parameters, np.asarray(points, float).T, strict=True)
+        return np.column_stack([p.shares_of(values) for p, values in both])
+
+    @property
+    def _logs(self) -> np.ndarray:
+        """Which parameters (d,) have a log scale."""
+        return np.array([p.scale == "log" for p in self.parameters])
 
     @property
     def calibration_setups(self) -> list[str]:

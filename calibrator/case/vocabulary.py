@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "yade_scripts"
+from calibrator.files import beside
+
+SCRIPTS = beside("yade_scripts")
 _CONTRACT = json.loads((SCRIPTS / "contract.json").read_text())
 SCHEMA: int = _CONTRACT["schema"]
 SETUPS: tuple[str, ...] = tuple(_CONTRACT["setups"])

@@ -16,6 +16,7 @@ from calibrator.diagnosis.explanations import Effect, Measured
 from calibrator.diagnosis.gap import repeated
 from calibrator.diagnosis.surfaces import Surfaces, fit_surfaces
 from calibrator.errors import CalibratorError
+from calibrator.responses.table import points_of
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 
@@ -24,12 +25,12 @@ PRIOR_DEGREES = 4
 
 
 def units(case: Case, requests: Iterable[Request]) -> np.ndarray:
-    """Parameters (n, d) of the runs as shares of their ranges, on each parameter's scale."""
-    rows = [[float(one.value(name)) for name in case.problem.names] for one in requests]
-    values = np.array(rows, float).reshape(-1, len(case.problem.names))
-    return np.column_stack(
-        [p.shares_of(column) for p, column in zip(case.problem.parameters, values.T, strict=True)]
-    )
+    """Parameters (n, d) of the runs as shares of their ranges, on each parameter's scale.
+
+    One that the runs' set-up does not take stands in the middle: it moves nothing there.
+    """
+    shares = case.problem.shares_of(points_of(case.problem, list(requests)))
+    return np.asarray(np.nan_to_num(shares, nan=0.5))
 
 
 def amplitudes(effects: Sequence[Effect], requests: Iterable[Request]) -> np.ndarray:
@@ -180,6 +181,15 @@ def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarra
     return np.asarray(np.maximum(np.sqrt(pooled), own))
 
 
+def require_effect(nuisance: Nuisance, effects: Sequence[str]) -> None:
+    """Raise CalibratorError for a nuisance that is a small effect, but none of these."""
+    if nuisance.effect and nuisance.effect not in effects:
+        raise CalibratorError(
+            f"nuisance {nuisance.name} is a small {nuisance.effect}, which diagnosis.effects"
+            " lacks: add it there"
+        )
+
+
 def _nuisance_column(
     nuisance: Nuisance,
     observables: Sequence[Observable],
@@ -188,11 +198,7 @@ def _nuisance_column(
 ) -> np.ndarray:
     if nuisance.effect:
         names = [e.name for e in effects]
-        if nuisance.effect not in names:
-            raise CalibratorError(
-                f"nuisance {nuisance.name} is a small {nuisance.effect}, which diagnosis.effects"
-                " lacks: add it there"
-            )
+        require_effect(nuisance, names)
         index = names.index(nuisance.effect)
         return np.asarray(slopes[:, index] * nuisance.error / effects[index].scale)
     sizes = [abs(o.value) / 100 if nuisance.unit == "%" else 1.0 for o in observables]

@@ -101,7 +101,7 @@ def prepare(
     part. Raises CalibratorError where the runs are too few, or beyond the budget unless `yes`.
     """
     case, plan = space.case, asked(space.case, observables)
-    _enough(len(case.problem.names), plan)
+    require_enough(case, plan)
     records = carried_out(space, plan.requests, yes, report)
     Database(records.values()).write(space.folder() / "diagnosis.csv", made_by(space, "diagnose"))
     own, changed = by_experiment(records, plan.plain), by_experiment(records, plan.changes)
@@ -128,8 +128,14 @@ def prepare(
     )
 
 
-def _enough(parameters: int, plan: Asked) -> None:
-    """Raise CalibratorError where the runs are too few for the surfaces, before any is made."""
+def require_enough(case: Case, plan: Asked) -> None:
+    """Raise CalibratorError where the runs are too few for the surfaces, before any is made.
+
+    So also for a nuisance that none of the effects stands for.
+    """
+    parameters, names = len(case.problem.names), [e.name for e in plan.effects]
+    for nuisance in case.nuisances:
+        observed.require_effect(nuisance, names)
     for e, own, changed in zip(plan.experiments, plan.plain, plan.changes, strict=True):
         if len(own) < (least := fewest_runs(parameters, 0)):
             raise CalibratorError(

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.problem import Problem, Target
-from calibrator.responses.box import box_sample, refined
+from calibrator.responses.box import refined, sample_of
 from calibrator.responses.fit import fit_responses
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.objectives import OBJECTIVES
@@ -169,8 +169,12 @@ def _existing(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.nd
 
 
 def _distance(problem: Problem, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Largest difference (n,) in any parameter, in units of its range."""
-    return np.asarray(np.abs((points - wanted) / (problem.high - problem.low)).max(axis=1))
+    """Largest difference (n,) in any parameter, in units of its range on its scale.
+
+    It is infinite where a run does not have them all.
+    """
+    away = np.abs(problem.shares_of(points) - problem.shares_of(wanted[None])).max(axis=1)
+    return np.where(np.isnan(away), np.inf, away)
 
 
 def assurance(
@@ -211,7 +215,7 @@ def most_likely(
         found = -chances(problem.targets, mean, error, interpolant.noise, replicates)
         return np.where(_near_any(problem, candidates, failed), np.inf, found)
 
-    sample = box_sample(problem.low, problem.high, SAMPLE, rng)
+    sample = sample_of(problem, SAMPLE, rng)
     best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
     sample = np.concatenate([sample, best[None]])
     losses = loss(sample)
@@ -242,7 +246,7 @@ def least_bad(
     def loss(candidates: np.ndarray) -> np.ndarray:
         return np.asarray((np.abs(interpolant.predict(candidates) - values) / band).max(axis=1))
 
-    sample = box_sample(problem.low, problem.high, SAMPLE, rng)
+    sample = sample_of(problem, SAMPLE, rng)
     best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
     off = interpolant.predict(best[None])[0] - values
     worst = int(np.argmax(np.abs(off) / band))
@@ -255,7 +259,7 @@ def shortfall(problem: Problem, interpolant: Interpolant) -> float:
 
     At the best set of a sample, and as if runs had no seed noise.
     """
-    sample = box_sample(problem.low, problem.high, SAMPLE, np.random.default_rng(2))
+    sample = sample_of(problem, SAMPLE, np.random.default_rng(2))
     mean, error = interpolant.predict_with_error(sample)
     band = bands(problem.targets, np.zeros(mean.shape[1]), 1)
     outside = np.abs(mean - [t.value for t in problem.targets]) - band

@@ -26,8 +26,7 @@ def sobol(problem: Problem, sets: int) -> np.ndarray:
     with np.errstate(all="ignore"):
         sequence = qmc.Sobol(len(problem.parameters), scramble=False)
         unit = sequence.random(_power_of_two(sets + 1))[1 : sets + 1]
-    shares = zip(problem.parameters, unit.T, strict=True)
-    return np.column_stack([p.values_at(share) for p, share in shares])
+    return problem.values_at(unit)
 
 
 def cells(dimensions: int, count: int) -> np.ndarray:

@@ -12,6 +12,7 @@ from calibrator.case.settings import Replicates
 from calibrator.case.vocabulary import parameters_of
 from calibrator.plan.design import full_grid, sobol
 from calibrator.plan.seeds import plan_seed, substitute_seed, verification_seed
+from calibrator.responses.table import points_of
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -33,17 +34,19 @@ def plan_requests(case: Case) -> list[Request]:
     if plan.design == "adaptive":
         # enough to pool the seed noise from; the rest is replicated where that decides
         replicated = replicated or 2
-    requests = []
+    requests, points = [], design_points(case)
     for setup in case.problem.calibration_setups:
+        seen = [n in case.problem.seen_by(setup) for n in case.problem.names]
+        # sets of a grid that differ in what the set-up does not take are the same run to it
+        _, own = np.unique(points[:, seen], axis=0, return_index=True)
         first = [
-            make_request(case, setup, p, plan_seed(case, i))
-            for i, p in enumerate(design_points(case))
+            make_request(case, setup, points[i], plan_seed(case, i)) for i in sorted(own.tolist())
         ]
         order = np.argsort(core_seconds(first), kind="stable")
         cheapest = set(order[: replicated or None].tolist())
         for i, request in enumerate(first):
-            count = plan.replicates if i in cheapest else 1
-            more = (request.with_seed(plan_seed(case, i, j)) for j in range(1, count))
+            count, seed = plan.replicates if i in cheapest else 1, int(request.parameters["seed"])
+            more = (request.with_seed(seed + j) for j in range(1, count))
             requests += [request, *more]
     return requests
 
@@ -84,8 +87,8 @@ def belongs(case: Case, request: Request) -> bool:
     """
     if request.setup not in case.problem.calibration_setups:
         return False
-    point = np.array([request.value(n) for n in case.problem.names])
-    if not ((case.problem.low <= point) & (point <= case.problem.high)).all():
+    point = points_of(case.problem, [request])[0]
+    if ((point < case.problem.low) | (point > case.problem.high)).any():
         return False
     return make_request(case, request.setup, point, int(request.parameters["seed"])) == request
 

@@ -17,7 +17,7 @@ from calibrator.plan.adaptive import Settings as AdaptiveSettings
 from calibrator.plan.outcome import Collection, rests_on
 from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
 from calibrator.plan.seeds import proposed_seed
-from calibrator.responses.table import response_table
+from calibrator.responses.table import points_of, response_table
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -113,17 +113,36 @@ def _parameter_sets(case: Case, records: Sequence[Record]) -> tuple[np.ndarray, 
 
     A row holds a set and a seed, with all its set-ups.
     """
-    rows: dict[tuple[int, tuple[float, ...]], np.ndarray] = {}
     keys = [t.key for t in case.problem.targets]
+    rows: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
     for record in records:
-        point, values = response_table(case.problem, [record], keys)
-        if len(point):
-            place = int(record.request.parameters["seed"]), tuple(point[0])
-            row = rows.setdefault(place, np.full(len(keys), np.nan))
-            row[~np.isnan(values[0])] = values[0][~np.isnan(values[0])]
-    ordered = sorted(rows)
-    points = np.array([point for _, point in ordered]).reshape(-1, len(case.problem.names))
-    return points, np.array([rows[k] for k in ordered])
+        points, values = response_table(case.problem, [record], keys)
+        if len(points):
+            _put_together(
+                rows.setdefault(int(record.request.parameters["seed"]), []), points[0], values[0]
+            )
+    ordered = [
+        row for seed in sorted(rows) for row in sorted(rows[seed], key=lambda row: tuple(row[0]))
+    ]
+    points = np.array([point for point, _ in ordered]).reshape(-1, len(case.problem.names))
+    return points, np.array([values for _, values in ordered]).reshape(-1, len(keys))
+
+
+def _put_together(
+    rows: list[tuple[np.ndarray, np.ndarray]], point: np.ndarray, values: np.ndarray
+) -> None:
+    """Add a run's point (d,) and values (t,) to the row of the same set, or as a new one.
+
+    A set-up that does not take a parameter says nothing of it: its run belongs to the set whose
+    other parameters are the same.
+    """
+    for known, measured in rows:
+        both = np.isfinite(known) & np.isfinite(point)
+        if both.any() and (known[both] == point[both]).all():
+            known[np.isnan(known)] = point[np.isnan(known)]
+            measured[np.isfinite(values)] = values[np.isfinite(values)]
+            return
+    rows.append((point.copy(), values.copy()))
 
 
 def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
@@ -131,13 +150,16 @@ def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
 
     Clogged ones count, as a neck that clogs once will do so again.
     """
-    sets = [[r.request.value(n) for n in case.problem.names] for r in records if r.status != "ok"]
-    return np.array(sets, float).reshape(-1, len(case.problem.names))
+    return points_of(case.problem, [r.request for r in records if r.status != "ok"])
 
 
 def proposed(space: Workspace) -> list[Request]:
-    """Every request that the adaptive design has made so far, from its log."""
-    return [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+    """Every request that the adaptive design has made so far, from its log.
+
+    Those of before a change of the case, or of another case of this name, are none of its.
+    """
+    made = [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+    return [request for request in made if belongs(space.case, request)]
 
 
 def _proposal_lines(space: Workspace) -> list[str]:
@@ -183,13 +205,20 @@ def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Reque
 
 def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
     """Raise CalibratorError where these runs would take more than run.budget_core_hours."""
+    if words := beyond_budget(space, requests):
+        raise CalibratorError(words)
+
+
+def beyond_budget(space: Workspace, requests: Sequence[Request]) -> str:
+    """A sentence where these runs would take more than run.budget_core_hours, else ""."""
     missing, hours = work_left(space, requests)
-    if hours > space.case.run.budget_core_hours:
-        raise CalibratorError(
-            f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
-            f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
-            " make the plan smaller"
-        )
+    if hours <= space.case.run.budget_core_hours:
+        return ""
+    return (
+        f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
+        f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
+        " make the plan smaller"
+    )
 
 
 def database_records(space: Workspace) -> list[Record]:

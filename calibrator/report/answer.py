@@ -122,6 +122,8 @@ def _said_verified(findings: Findings) -> str:
     if outcome.passed:
         which = f"{verdict.total} fresh YADE runs" if verdict.good == verdict.total else runs
         return f"<b>Verified:</b> the mean of {which} meets every target."
+    if verdict.unreliable:
+        return f"<b>Not verified:</b> too many fresh runs failed ({text(verdict.endings)})."
     missed = [key_words(key) + _why_missed(verdict, key) for key in verdict.missed]
     more = (
         "An adaptive design that starts from a copy of database.csv (run.shipped) adds runs where"

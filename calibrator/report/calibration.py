@@ -32,7 +32,7 @@ def spoken(findings: Findings, sentence: str) -> str:
 
 def calibration(findings: Findings, album: Album) -> str:
     """The interpolant, the search, and what the targets say."""
-    keys = [t.key for t in findings.space.case.problem.targets]
+    keys, found = [t.key for t in findings.space.case.problem.targets], findings.calibration
     return section(
         "Calibration",
         paragraph(text(_said_database(findings))),
@@ -45,7 +45,7 @@ def calibration(findings: Findings, album: Album) -> str:
         _sensitivity(findings, album),
         *(
             paragraph(text(spoken(findings, s)), "small")
-            for s in findings.calibration.reachability.sentences
+            for s in (*found.unseen, *found.reachability.sentences)
         ),
     )
 
@@ -79,7 +79,8 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     noise = np.array([np.nan if known is None else known])
     replicates = findings.space.case.verify.replicates
     band = float(bands([dataclasses.replace(target, weight=1.0)], noise, replicates)[0])
-    panels = [_slice(findings, column, i) for i in range(len(problem.names))]
+    seen = problem.seen_by(target.setup)
+    panels = [_slice(findings, column, problem.names.index(n)) for n in seen]
     caption = (
         f"{key_words(key).capitalize()} along each parameter, the others at the compromise. The"
         f" band is that within which the mean of {replicates} fresh runs meets the target; bars are"
@@ -98,11 +99,15 @@ def _slice(findings: Findings, column: int, axis: int) -> figures.Slice:
     points, values, counts = _means(findings)
     there = np.isfinite(values[:, column])
     line = np.repeat(findings.compromise[None], SLICE_POSITIONS, axis=0)
-    line[:, axis] = np.linspace(problem.low[axis], problem.high[axis], SLICE_POSITIONS)
+    line[:, axis] = problem.parameters[axis].values_at(np.linspace(0, 1, SLICE_POSITIONS))
     mean, std = findings.interpolant.predict_with_error(line)
-    shares = (points[there] - findings.compromise) / (problem.high - problem.low)
+    shares = problem.shares_of(points[there]) - problem.shares_of(findings.compromise[None])
     away = np.delete(shares, axis, axis=1)
-    distance = np.sqrt(np.mean(away**2, axis=1)) if away.shape[1] else np.zeros(there.sum())
+    distance = (
+        np.sqrt(np.mean(np.nan_to_num(away) ** 2, axis=1))
+        if away.shape[1]
+        else away[:, :0].sum(axis=1)
+    )
     return figures.Slice(
         axis_label(PARAMETERS[problem.names[axis]]),
         float(findings.compromise[axis]),
@@ -124,7 +129,9 @@ def _parity(findings: Findings, album: Album) -> str:
         " deviation it was given."
     )
     return album.figure(
-        "parity", caption, lambda: figures.parity(_means(findings)[1], predicted, std, labels)
+        "parity",
+        caption,
+        lambda: figures.parity(findings.interpolant.values, predicted, std, labels),
     )
 
 

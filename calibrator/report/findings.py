@@ -18,6 +18,7 @@ from calibrator.report.html import paragraph
 from calibrator.report.words import text
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant, Learnt
+from calibrator.responses.table import points_of
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Outcome, Workspace, for_new_seeds
 from calibrator.search.outcome import Calibration, Traces, current_calibration, read_traces
@@ -131,8 +132,9 @@ def by_distance(findings: Findings, records: Sequence[Record]) -> list[Record]:
     problem = findings.space.case.problem
 
     def distance(record: Record) -> float:
-        point = np.array([record.request.value(n) for n in problem.names], float)
-        return float(np.linalg.norm((point - findings.compromise) / (problem.high - problem.low)))
+        point = points_of(problem, [record.request])
+        away = problem.shares_of(point) - problem.shares_of(findings.compromise[None])
+        return float(np.linalg.norm(np.nan_to_num(away)))
 
     return sorted(records, key=distance)
 

@@ -118,7 +118,7 @@ def _verification_table(findings: Findings, outcome: Mapping[str, Verdict]) -> s
         rows.append([heading(target), _target_band(own[0]), *map(_simulated_cell, own)])
     rows.append(["O1", "", *(number(own.o1, 3) for own in verdicts)])
     rows.append(["good runs", "", *(f"{own.good} of {own.total}" for own in verdicts)])
-    rows.append(["verdict", "", *(mark(own.passed, "passed", "failed") for own in verdicts)])
+    rows.append(["verdict", "", *(mark(bool(own.passed), "passed", "failed") for own in verdicts)])
     caption = "Verification: simulated responses of compromise and individuals, and their errors"
     return table(caption, ["", "target ± band", *map(short, outcome)], rows, 2)
 

@@ -28,6 +28,15 @@ def box_sample(
     return np.asarray(np.clip(low + (high - low) * unit, low, high))
 
 
+def sample_of(problem: Problem, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Scrambled Sobol points (n, d) that fill the problem's box on the parameters' scales.
+
+    n is count, rounded up to a power of two.
+    """
+    low, high = problem.scaled_bounds
+    return problem.unscaled(box_sample(low, high, count, rng))
+
+
 def inside(
     points: np.ndarray, low: np.ndarray, high: np.ndarray, parameters: Sequence[str]
 ) -> np.ndarray:
@@ -68,14 +77,16 @@ def refined(
 ) -> np.ndarray:
     """Point (d,) of smallest loss found in boxes around the best so far.
 
-    Each box is half the size of the one before. loss : points (n, d) -> (n,); start : (d,).
+    Each box is half the size of the one before, on the parameters' scales. loss : points (n, d) ->
+    (n,); start : (d,).
     """
-    best, half = start, (problem.high - problem.low) / 2
+    (low, high), best = problem.scaled_bounds, start
+    half = (high - low) / 2
     for _ in range(rounds):
-        half = half / 2
+        half, centre = half / 2, problem.scaled(best[None])[0]
         nearby = box_sample(
-            np.maximum(best - half, problem.low), np.minimum(best + half, problem.high), 256, rng
+            np.maximum(centre - half, low), np.minimum(centre + half, high), 256, rng
         )
-        candidates = np.concatenate([best[None], nearby])
+        candidates = np.concatenate([best[None], problem.unscaled(nearby)])
         best = candidates[np.argmin(loss(candidates))]
     return best

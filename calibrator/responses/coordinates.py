@@ -81,8 +81,7 @@ class Coordinates:
         points = np.array(np.atleast_2d(points), float)
         if self.collapsed:
             points[:, self.problem.names.index(MODULUS)] /= self.density_ratio(points)
-        logs = [p.scale == "log" for p in self.problem.parameters]
-        points[:, logs] = np.log(points[:, logs])
+        points = self.problem.scaled(points)
         return points[:, [i for i, n in enumerate(self.problem.names) if n in self.names]]
 
     def factors(self, points: np.ndarray, keys: Sequence[str]) -> np.ndarray:

@@ -14,6 +14,7 @@ from calibrator.responses.coordinates import Changed, Coordinates
 from calibrator.responses.gaussian_process import GaussianProcess
 from calibrator.responses.interpolant import Interpolant, Learnt, average_replicates
 from calibrator.responses.multilinear import Multilinear
+from calibrator.responses.parted import Part, Parted
 from calibrator.responses.table import response_table
 from calibrator.runs.record import Record
 
@@ -30,9 +31,12 @@ def fit_responses(
 ) -> Interpolant:
     """Interpolate raw responses over the problem's parameters.
 
+    Each response is interpolated over those parameters alone that its set-up takes.
+
     Parameters
     ----------
-    points : (n, d) parameter sets, replicates repeated
+    points : (n, d) parameter sets, replicates repeated; NaN where a row's set-up has no such
+        parameter
     values : (n, m) responses, NaN where not measured
     keys : m names, setup.response
     method : "process" or "multilinear"
@@ -44,6 +48,40 @@ def fit_responses(
     ------
     CalibratorError : as the interpolants do, and for a similarity without density or modulus
     """
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for column, key in enumerate(keys):
+        groups.setdefault(tuple(problem.seen_by(key.split(".")[0])), []).append(column)
+    if list(groups) == [tuple(problem.names)]:
+        return _fit_alike(problem, points, values, keys, method, similarity, noise, learnt)
+    parts = []
+    for names, columns in groups.items():
+        rows = np.isfinite(values[:, columns]).any(axis=1)
+        seen = [problem.names.index(n) for n in names]
+        inner = _fit_alike(
+            problem.only(names),
+            points[np.ix_(rows, seen)],
+            values[np.ix_(rows, columns)],
+            [keys[c] for c in columns],
+            method,
+            similarity,
+            None if noise is None else noise[columns],
+            None if learnt is None else learnt.of(columns),
+        )
+        parts.append(Part(seen, columns, inner))
+    return Parted(problem, list(keys), tuple(parts))
+
+
+def _fit_alike(
+    problem: Problem,
+    points: np.ndarray,
+    values: np.ndarray,
+    keys: Sequence[str],
+    method: str,
+    similarity: bool,
+    noise: np.ndarray | None,
+    learnt: Learnt | None,
+) -> Interpolant:
+    """`fit_responses` of responses that all see every parameter of the problem."""
     change = Coordinates(problem, similarity)
     inward = change.inward(points)
     scaled = values / change.factors(points, keys)

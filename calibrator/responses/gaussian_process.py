@@ -234,7 +234,7 @@ def _fit_process(
 ) -> _Process:
     """The process of one response; theta : its kernel's hyperparameters, where they are known."""
     rows = np.flatnonzero(~np.isnan(runs.values[:, column]))
-    _require_points(runs.responses[column], len(rows), bounds.shape[1])
+    require_points(runs.responses[column], len(rows), bounds.shape[1])
     unit, values = _unit(runs.points[rows], bounds), runs.values[rows, column]
     counts = runs.counts[rows, column]
     centre, scale = values.mean(), values.std() or 1.0
@@ -259,8 +259,17 @@ def _fit_process(
     return _Process(regressor, rows, centre, scale, noise * scale)
 
 
-def _require_points(response: str, points: int, dimensions: int) -> None:
-    """Raise CalibratorError where the points are too few for a trend, or too many for memory."""
+def require_points(response: str, points: int, dimensions: int) -> None:
+    """Raise CalibratorError where the points are too few for a trend, or too many for memory.
+
+    response : setup.response.
+    """
+    if points == 0:
+        setup, _, name = response.partition(".")
+        raise CalibratorError(
+            f"no good run of {setup} has measured {name}: see in database.csv how its runs ended"
+            " and what they have, then change the set-up or leave that target out"
+        )
     if points < dimensions + 2:
         raise CalibratorError(
             f"{response} was measured at {points} distinct points: "

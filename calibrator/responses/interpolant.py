@@ -25,11 +25,17 @@ FEWEST_DEGREES = 4
 class Learnt:
     """State of an interpolant beyond its runs.
 
-    kernels : (m, q), empty where there are none; noise : (m,) seed noise of a single run.
+    kernels : (m, q), empty where there are none, NaN behind the shorter ones; noise : (m,) seed
+    noise of a single run.
     """
 
     kernels: np.ndarray
     noise: np.ndarray
+
+    def of(self, columns: Sequence[int]) -> Learnt:
+        """The state of some responses, whose kernels are equally long."""
+        kernels = self.kernels[columns]
+        return Learnt(kernels[:, np.isfinite(kernels).all(axis=0)], self.noise[columns])
 
 
 class Interpolant(Protocol):
@@ -143,14 +149,21 @@ def average_replicates(
     _, means, totals = _grouped(
         points, values, np.ones(len(points)) if counts is None else np.asarray(counts, float)
     )
-    return np.unique(points, axis=0), means, totals
+    return _distinct(points)[0], means, totals
+
+
+def _distinct(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct points (p, d) in lexical order and the group of each row (n,); NaN equals NaN."""
+    filled = np.where(np.isnan(points), np.inf, points)
+    distinct, group = np.unique(filled, axis=0, return_inverse=True)
+    return np.where(np.isinf(distinct), np.nan, distinct), group
 
 
 def _grouped(
     points: np.ndarray, values: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Group of each row (n,), and mean and count of each group and response (p, m)."""
-    distinct, group = np.unique(points, axis=0, return_inverse=True)
+    distinct, group = _distinct(points)
     weights = np.where(np.isnan(values), 0.0, counts[:, None])
     totals, sums = np.zeros((2, len(distinct), values.shape[1]))
     np.add.at(totals, group, weights)

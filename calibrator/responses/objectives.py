@@ -113,14 +113,14 @@ def time_cost(problem: Problem, columns: Columns, responses: Responses) -> np.nd
     """O2 of the paper, its Eqs. 5 to 7, shape (n,).
 
     Each calibrated one among particle radius, particle density (large is cheap) and Young's modulus
-    (small is cheap) adds its position in its interval, 0 at the cheap end and 1 at the dear end.
+    (small is cheap) adds its position on its scale, 0 at the cheap end and 1 at the dear end.
     With all three this is Eq. (5) with its constant 2 and a range of 0 to 3; with fewer the range
     ends at their number; with none it is 0 everywhere.
     """
     cost = np.zeros(_count(problem, columns))
     for parameter in problem.parameters:
         sign = _COST_SIGNS.get(parameter.name, 0)
-        share = (columns[parameter.name] - parameter.low) / (parameter.high - parameter.low)
+        share = parameter.shares_of(np.asarray(columns[parameter.name]))
         cost += {-1: 1 - share, 0: 0 * share, 1: share}[sign]
     return cost
 

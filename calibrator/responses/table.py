@@ -8,6 +8,7 @@ import numpy as np
 
 from calibrator.case.problem import Problem
 from calibrator.runs.record import Record
+from calibrator.runs.request import Request
 
 
 def response_table(
@@ -15,12 +16,11 @@ def response_table(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameter points (n, d) and raw responses (n, m) of the good runs; keys are setup.response.
 
-    Runs of different set-ups are different rows; a response that a row does not have is NaN.
+    Runs of different set-ups are different rows. What a row does not have is NaN: the responses of
+    other set-ups, and the parameters that its set-up does not take.
     """
     good = [r for r in records if r.status == "ok"]
-    points = np.array([[r.request.value(n) for n in problem.names] for r in good], float).reshape(
-        -1, len(problem.names)
-    )
+    points = points_of(problem, [r.request for r in good])
     values = np.array(
         [
             [
@@ -35,3 +35,12 @@ def response_table(
         ]
     )
     return points, values.reshape(-1, len(keys))
+
+
+def points_of(problem: Problem, requests: Sequence[Request]) -> np.ndarray:
+    """Parameter points (n, d) of runs; NaN where a run's set-up does not take a parameter."""
+    rows = [
+        [r.value(n) if n in problem.seen_by(r.setup) else np.nan for n in problem.names]
+        for r in requests
+    ]
+    return np.array(rows, float).reshape(-1, len(problem.names))

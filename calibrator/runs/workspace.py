@@ -143,9 +143,9 @@ class Workspace:
             )
         return outcome
 
-    def command(self, verb: str) -> str:
-        """The command line that calls a verb on this case."""
-        return shlex.join(["calibrator", verb, str(self.case.path), *self.arguments])
+    def command(self, verb: str, path: Path | None = None) -> str:
+        """The command line that calls a verb on this case, or on the one at a path."""
+        return shlex.join(["calibrator", verb, str(path or self.case.path), *self.arguments])
 
 
 def _seal(summary: dict[str, Any]) -> str:

@@ -22,7 +22,7 @@ from calibrator.responses.interpolant import (
     seed_noise,
 )
 from calibrator.responses.objectives import evaluation
-from calibrator.responses.table import response_table
+from calibrator.responses.table import points_of, response_table
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace, counts
 from calibrator.search.front import compromise, spread
@@ -69,6 +69,7 @@ def calibrate(space: Workspace) -> Calibration:
         reachability=unreachable(problem, interpolant),
         identifiability=_identified(problem, records, interpolant, case.truth),
         sensitivity=_sensitivity(case, records, interpolant),
+        unseen=problem.unseen,
         arrays=_write_arrays(space, interpolant, fronts[0]),
         fingerprint=rests_on(case, records),
         **counts(records),
@@ -189,14 +190,13 @@ def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant
     On a grid, which must stay whole, without the part of their intervals for the choice of sets.
     """
     names = case.problem.names
-    sets = sorted({tuple(r.request.value(n) for n in names) for r in records})
-    part = {one: i % PARTS for i, one in enumerate(sets)}
+    points = np.nan_to_num(points_of(case.problem, [r.request for r in records]))
+    sets, own = np.unique(points, axis=0, return_inverse=True)
     folds: list[Interpolant] = []
     if case.interpolation.method == "process" and len(sets) >= 3 * (len(names) + 2):
         for left_out in range(PARTS):
-            kept = [
-                r for r in records if part[tuple(r.request.value(n) for n in names)] != left_out
-            ]
+            inside = own % PARTS != left_out
+            kept = [record for record, inner in zip(records, inside, strict=True) if inner]
             folds.append(fit(case, kept))
     return sensitivity(case.problem, interpolant, folds)
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.stats import chi2 as chi_squared
@@ -77,7 +76,7 @@ def identify(
     walked = _walked(residuals, _near_best(_joined(*curves)), rng)
     return Identifiability(
         profiles,
-        _scaled(problem, best.units[0]),
+        _scaled(problem, best.units)[0],
         float(best.chi2[0]),
         _scaled(problem, walked),
         _correlation(walked),
@@ -130,7 +129,7 @@ def _joined(*several: _Points) -> _Points:
 
 def _scaled(problem: Problem, units: np.ndarray) -> np.ndarray:
     """Parameter sets (n, d) of points of the unit box."""
-    return np.asarray(problem.low + (problem.high - problem.low) * units)
+    return problem.values_at(units)
 
 
 def _residuals(
@@ -296,22 +295,20 @@ def _parameter_profile(
     parameter = problem.parameters[column]
     order = np.argsort(curve.units[:, column])
 
-    def scaled(share: Any) -> Any:
-        return parameter.low + (parameter.high - parameter.low) * share
-
     def interval(level: float) -> tuple[float, float]:
-        low, high = _interval(curve, column, level)
-        return scaled(low), scaled(high)
+        low, high = parameter.values_at(np.array(_interval(curve, column, level)))
+        return float(low), float(high)
 
     return ParameterProfile(
         parameter.name,
         parameter.low,
         parameter.high,
-        float(scaled(best.units[0, column])),
+        float(parameter.values_at(best.units[0, column])),
         interval(CHI2_68),
         interval(CHI2_95),
-        scaled(curve.units[order, column]),
+        parameter.values_at(curve.units[order, column]),
         curve.chi2[order],
+        parameter.scale,
         refused=refused,
     )
 

@@ -86,14 +86,15 @@ def decode(problem: Problem, bits: np.ndarray) -> np.ndarray:
 
     A chromosome holds the parameters' codes in order, most significant bit first: x = low + (high -
     low) k / (2^L_i - 1) with the integer k that the L_i bits of a parameter spell (paper, section
-    2.1); both bounds are met exactly.
+    2.1), on the parameter's scale; both bounds are met exactly.
     """
     ends = np.cumsum([p.bits for p in problem.parameters])
     codes = np.split(np.asarray(bits, float), ends[:-1], axis=1)
     shares = np.column_stack(
         [code @ _digits(code.shape[1]) / (2.0 ** code.shape[1] - 1) for code in codes]
     )
-    return np.asarray(problem.low * (1 - shares) + problem.high * shares)
+    low, high = problem.scaled_bounds
+    return problem.unscaled(low * (1 - shares) + high * shares)
 
 
 def encode(problem: Problem, points: np.ndarray) -> np.ndarray:
@@ -102,8 +103,7 @@ def encode(problem: Problem, points: np.ndarray) -> np.ndarray:
     points : (n, d) in the box.
     """
     steps = 2.0 ** np.array([p.bits for p in problem.parameters]) - 1
-    shares = (np.asarray(points, float) - problem.low) / (problem.high - problem.low)
-    integers = np.rint(shares * steps).astype(np.int64)
+    integers = np.rint(problem.shares_of(points) * steps).astype(np.int64)
     codes = [
         integers[:, [i]] >> np.arange(p.bits)[::-1] & 1 for i, p in enumerate(problem.parameters)
     ]

@@ -39,6 +39,7 @@ class Calibration(Counts):
         of what is held out where the runs measured it; None where too few replicates say.
     replicated : parameter sets with replicates, and all sets.
     leave_one_out_rms : error of the interpolant at sets left out, in the response's unit.
+    unseen : which set-ups do not have which parameters, a sentence each.
     arrays : hash of calibration.npz beside the summary, which holds the front, the populations and
         the interpolant's state (see `Traces`).
     fingerprint : of all that this was computed from.
@@ -54,6 +55,7 @@ class Calibration(Counts):
     reachability: Reachability
     identifiability: Identifiability
     sensitivity: Sensitivity
+    unseen: tuple[str, ...]
     arrays: str
     fingerprint: Fingerprint
 
@@ -107,7 +109,8 @@ class Calibration(Counts):
         chosen = self.compromise.parameters
         values = ", ".join(f"{k} = {v:.4g}" for k, v in chosen.items())
         first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
-        said = [first, *(f"  {sentence}" for sentence in self.reachability.sentences)]
+        sentences = (*self.unseen, *self.reachability.sentences)
+        said = [first, *(f"  {sentence}" for sentence in sentences)]
         said += [f"  {doubt}" for doubt in self.doubts]
         for p in self.identifiability.parameters:
             truth = ""

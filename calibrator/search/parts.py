@@ -196,6 +196,7 @@ class ParameterProfile:
     interval_68, interval_95 : hull of the values whose chi2 exceeds the smallest by no more than 1
         and 3.84; an end that equals low or high is set by the box, not by the targets.
     positions, chi2 : (b,) profile curve, the smallest chi2 at each position, positions ascending.
+    scale : of the parameter, "linear" or "log".
     truth : the value behind a synthetic laboratory, None for a real one.
     refused : whether no set of the box agrees with the targets; the intervals then mean nothing.
     """
@@ -210,13 +211,17 @@ class ParameterProfile:
     interval_95: tuple[float, float]
     positions: np.ndarray
     chi2: np.ndarray
+    scale: str = "linear"
     truth: float | None = None
     refused: bool = False
 
     @property
     def share(self) -> float:
-        """Width of the 95 % interval over the range."""
-        return (self.interval_95[1] - self.interval_95[0]) / (self.high - self.low)
+        """Width of the 95 % interval over the range, both on the parameter's scale."""
+        low, high = self.interval_95
+        if self.scale == "log":
+            return math.log(high / low) / math.log(self.high / self.low)
+        return (high - low) / (self.high - self.low)
 
     @property
     def walled(self) -> tuple[bool, bool]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from calibrator.case.problem import Problem
-from calibrator.responses.box import box_sample, corners, refined
+from calibrator.responses.box import corners, refined, sample_of
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.targets import bands, ruling, target_columns
 from calibrator.search.parts import JointReach, Reachability, TargetReach
@@ -27,7 +27,7 @@ def unreachable(
     """
     rng = np.random.default_rng(seed)
     predict = _target_predictions(problem, interpolant)
-    sample = np.concatenate([box_sample(problem.low, problem.high, samples, rng), corners(problem)])
+    sample = np.concatenate([sample_of(problem, samples, rng), corners(problem)])
     mean, misfit = predict(sample)
     singly = tuple(
         _target_reach(problem, predict, i, sample, mean[:, i], rng)

@@ -80,13 +80,16 @@ class Comparison:
 class Verdict(Counts):
     """The fresh runs of one candidate against its targets.
 
-    responses : one comparison per target; passed : whether every target is met; o1 : Eq. (3)-(4) at
-    the mean of the fresh runs, None where a target was not measured; from_shipped_database : runs
-    that come with the project; statuses, failed and yade are those of the fresh runs.
+    responses : one comparison per target; most_failed : share of a set-up's runs that may fail;
+    passed : whether every target is met, and no more runs failed, None where there is no target;
+    o1 : Eq. (3)-(4) at the mean of the fresh runs, None where a target was not measured;
+    from_shipped_database : runs that come with the project; statuses, failed and yade are those of
+    the fresh runs.
     """
 
     responses: tuple[Comparison, ...]
-    passed: bool
+    most_failed: float
+    passed: bool | None
     o1: float | None
     from_shipped_database: int
 
@@ -99,6 +102,11 @@ class Verdict(Counts):
     def unmeasured(self) -> tuple[str, ...]:
         """Keys of the targets that no fresh run measured."""
         return tuple(r.key for r in self.responses if r.simulated is None)
+
+    @property
+    def unreliable(self) -> tuple[str, ...]:
+        """Set-ups of which more runs failed, or lacked a response, than may."""
+        return too_many_failed(self.responses, self.most_failed)
 
     @property
     def undecided(self) -> tuple[str, ...]:
@@ -120,6 +128,10 @@ class Verdict(Counts):
             else ""
         )
         first = f"{'passed' if self.passed else 'NOT passed'}, {o1}{runs}{shipped}"
+        first += "".join(
+            f"; no recommendation, as more than {self.most_failed:.0%} of the {setup} runs failed"
+            for setup in self.unreliable
+        )
         failed = [f"  {run_id} {why}" for run_id, why in self.failed.items()]
         return [first, *(f"  {r.line}" for r in self.responses), *failed]
 
@@ -161,7 +173,10 @@ class Validation(Verdict):
     def lines(self) -> list[str]:
         """The verdicts in plain words."""
         if not self.responses:
-            return ["nothing to validate: no measurement is held out"]
+            return [
+                "nothing to validate: no measurement is held out under the conditions of the"
+                " calibration; give a row of the lab file the role held_out"
+            ]
         return [*super().lines(), *_by_label(self.candidates)]
 
 
@@ -174,7 +189,20 @@ def _by_label(verdicts: dict[str, Verdict]) -> list[str]:
     return said
 
 
-def all_passed(comparisons: Sequence[Comparison]) -> bool:
-    """Whether there is something to compare, and every target that has a weight is met."""
+def too_many_failed(comparisons: Sequence[Comparison], most: float) -> tuple[str, ...]:
+    """Set-ups of which a larger share of the runs than this failed, or lacked a response."""
     ruling = [c for c in comparisons if not c.reported_only]
-    return bool(ruling) and all(c.passed for c in ruling)
+    least = {c.key.split(".")[0]: 0.0 for c in ruling}
+    for c in ruling:
+        setup = c.key.split(".")[0]
+        lost = 1 - c.runs / c.attempted if c.attempted else 1.0
+        least[setup] = max(least[setup], lost)
+    return tuple(setup for setup, lost in least.items() if lost > most)
+
+
+def all_passed(comparisons: Sequence[Comparison], most_failed: float) -> bool | None:
+    """Whether every target that has a weight is met, by enough runs; None where there is none."""
+    ruling = [c for c in comparisons if not c.reported_only]
+    if not ruling:
+        return None
+    return all(c.passed for c in ruling) and not too_many_failed(ruling, most_failed)

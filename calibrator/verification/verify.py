@@ -82,7 +82,7 @@ def verify(space: Workspace, report: Report = silent) -> Verification:
         for label, own in done.items()
     }
     rests_on = verification_rests_on(space, calibration, done)
-    passed = verdicts[COMPROMISE].passed
+    passed = bool(verdicts[COMPROMISE].passed)
     return space.note("verify", Verification(passed, verdicts, rests_on))
 
 
@@ -133,7 +133,8 @@ def _verdict(
     shipped = for_new_seeds(space, settings).shipped()
     return Verdict(
         responses=comparisons,
-        passed=all_passed(comparisons),
+        most_failed=settings.most_failed,
+        passed=all_passed(comparisons, settings.most_failed),
         o1=error_o1(targets, comparisons),
         from_shipped_database=len(shipped.find([r.request for r in records])),
         **counts(records),

@@ -80,6 +80,21 @@ def test_a_tilted_heap_is_asymmetric_by_its_tilt_and_a_straight_one_is_not():
     assert measure.asymmetry(x, y, heap - 0.05 * x[:, None], R, everywhere) > 1
 
 
+@pytest.mark.parametrize("degrees", [25.0, -25.0])
+def test_a_surface_that_bends_the_wrong_way_has_the_negative_of_its_angle(degrees):
+    position = np.linspace(5e-3, 15e-3, 12)
+    crater = 4e-3 + np.tan(np.radians(degrees)) * (position - 10e-3)
+    assert measure.fit_slope(position, crater, rising=True)["angle"] == pytest.approx(degrees)
+    assert measure.fit_slope(position, crater)["angle"] == pytest.approx(-degrees)
+
+
+def test_a_tilted_crater_is_asymmetric_by_the_side_that_is_steeper():
+    x = y = np.linspace(-10e-3, 10e-3, 121)
+    crater = 0.5 * np.hypot(x[:, None], y[None, :]) + 0.05 * x[:, None]
+    everywhere = np.ones_like(crater, bool)
+    assert measure.asymmetry(x, y, crater, R, everywhere, rising=True) > 1
+
+
 def test_the_error_of_a_fitted_angle_is_that_of_repeated_noise():
     rng = np.random.default_rng(1)
     position = np.linspace(0, 20e-3, 15)
