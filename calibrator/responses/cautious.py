@@ -29,10 +29,12 @@ class Cautious:
     The standard deviation that a process claims is the one of its own model. Each distinct point
     predicted without itself says whether it is borne out: where the scaled errors scatter by more
     than one, all deviations are multiplied by that (as a Birge ratio does, Phys. Rev. 40 (1932)
-    207). They are widened from the normal's to Student's t as well, as the amplitude of a process is
-    learnt from the points beyond those that its trend takes. Straight lines on a grid know their seed noise only; the error of leaving points out is
-    added in quadrature. Means are clipped to what the vocabulary says is possible: no rate below
-    zero, no angle of repose beyond 90 degrees.
+    207). They are widened from the normal's to Student's t as well, because the amplitude of a
+    process is learnt from the points beyond those that its trend takes.
+
+    Straight lines on a grid know their seed noise only; the error of leaving points out is added in
+    quadrature. Means are clipped to what the vocabulary says is possible: no rate below zero, no
+    angle of repose beyond 90 degrees.
 
     Attributes
     ----------
