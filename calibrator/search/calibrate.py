@@ -189,12 +189,13 @@ def _noise(
 
 
 def _replicated(problem: Problem, records: Sequence[Record]) -> tuple[int, int]:
-    """Parameter sets that were run more than once with success on a set-up, and all of them."""
-    good = [r for r in records if r.status == "ok"]
-    sets = [(r.request.setup, *(r.request.value(n) for n in problem.names)) for r in good]
-    counted = Counter(sets)
-    repeated = {one[1:] for one, count in counted.items() if count > 1}
-    return len(repeated), len({one[1:] for one in counted})
+    """Sets of a set-up's own parameters with several good runs, and all with one or more."""
+    counted = Counter(
+        (setup, *(r.request.value(n) for n in problem.seen_by(setup)))
+        for r in records
+        if r.status == "ok" and (setup := r.request.setup)
+    )
+    return sum(count > 1 for count in counted.values()), len(counted)
 
 
 def _identified(
