@@ -57,16 +57,21 @@ def time_step(p: Mapping[str, float]) -> float:
     )
 
 
+def contact_overlap(p: Mapping[str, float]) -> float:
+    """Overlap [m] of two grains that five grain weights press together, after Hertz."""
+    radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
+    mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
+    stiffness = 4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2)
+    return float((5 * mass * GRAVITY / stiffness) ** (2 / 3))
+
+
 def contact_time(p: Mapping[str, float]) -> float:
     """Time sqrt(I/k) [s] of a grain on the springs of a contact under five grain weights.
 
     k is the mean of what the shear and the rolling spring turn it by: yade_scripts/material.py.
     """
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
-    mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
-    overlap = (
-        5 * mass * GRAVITY / (4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2))
-    ) ** (2 / 3)
+    mass, overlap = 4 / 3 * math.pi * radius**3 * p["particle_density"], contact_overlap(p)
     shear = 8 * young / (2 * (1 + poisson)) / (2 * (2 - poisson)) * math.sqrt(radius / 2 * overlap)
     default = PARAMETERS["rolling_stiffness_ratio"].default
     ratio = 0.5 * (4.0 + p.get("rolling_stiffness_ratio", default))  # type: ignore[operator]

@@ -10,6 +10,8 @@ from calibrator.runs.workspace import Workspace
 from tests.conftest import LAB
 
 DENSITY = '[targets."hourglass.bulk_density"]\n'
+ANGLE = '[targets."hourglass.drained_equivalent_angle_deg"]\n'
+RATE = '[targets."hourglass.mass_flow_rate"]\n'
 
 
 def test_a_plausible_case_is_not_doubted(checked):
@@ -22,6 +24,11 @@ def test_a_plausible_case_is_not_doubted(checked):
         ("[run]", f"{DENSITY}tolerance = 3\n[run]", "write tolerance = 0.03"),
         ("[run]", f"{DENSITY}tolerance = 1\n[run]", "write tolerance = 0.01"),
         ("low = 0.5e6", "low = 1e4", 'set scale = "log"'),
+        ("low = 0.5e6", "low = 1e4", "press grains into each other by 22% of their radius"),
+        ("[run]", f"{DENSITY}weight = 0\n{ANGLE}weight = 0\n{RATE}weight = 0\n[run]",
+         "every target has the weight 0"),
+        ('"sobol"', '"adaptive"\nmost_runs = 16', "the 16 runs that an adaptive design"),
+        ("fill_mass = 16e-3", "fill_mass = 1.6", "longer than longest_time = 5 s"),
         ("high = 4e6", "high = 63e9", "young_modulus = 6.3e+10 Pa takes"),
         ("neck_diameter = 14e-3", "neck_diameter = 10e-3", "the neck is 5.0 grain diameters wide"),
         ("cylinder_diameter = 24e-3", "cylinder_diameter = 10e-3", "= 0.01 m is 5.0 grain"),
