@@ -16,6 +16,7 @@ from calibrator.foresight.values import Resolved, resolved, table
 from calibrator.plan.requests import design_points, plan_requests
 from calibrator.plan.run import beyond_budget
 from calibrator.runs.engines import ENGINES
+from calibrator.runs.machine import examine
 from calibrator.runs.workspace import Workspace, for_new_seeds
 
 
@@ -41,8 +42,8 @@ class Checked:
 def check_case(space: Workspace) -> Checked:
     """Everything that can be wrong before a run is made.
 
-    Raises CalibratorError with all that a later verb or YADE's scripts would refuse, and for a
-    missing YADE; warns of what is implausible.
+    Raises CalibratorError with all that a later verb or YADE's scripts would refuse, and for a YADE
+    that is missing or cannot be used; warns of what is implausible, and of what the machine lacks.
     """
     case, mistakes = space.case, Mistakes()
     values = resolved(case)
@@ -61,6 +62,7 @@ def check_case(space: Workspace) -> Checked:
     mistakes.raise_any()
     requests = plan_requests(case)
     warnings = [*doubts(case, values), *_step_warnings(case), *unmeasured(case)]
+    warnings += examine(space.path, space.engine, case.run.yade).warnings()
     if dear := beyond_budget(space, requests):
         warnings.append(f"`run` will refuse: {dear}")
     targets = tuple(t.key for t in case.problem.targets)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from calibrator import __version__
 from calibrator.case.toml import read_case
+from calibrator.demo import lay_out
 from calibrator.errors import CalibratorError, one_line
 from calibrator.terminal import ProgressBar, say, say_json
 
@@ -93,7 +94,8 @@ REMEDIES = {
 def main(arguments: list[str] | None = None) -> int:
     """Entry point.
 
-    Returns the exit status: 0, 1 where a verification fails, 2 for bad input, 130 when interrupted.
+    Returns the exit status: 0, 1 where a verification fails or no run can be made here, 2 for bad
+    input, 130 when interrupted.
     """
     options = _parser().parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
@@ -151,7 +153,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     whole = Verb(f"{', '.join(VERBS)}, one after the other", "")
-    for name, verb in {**VERBS, "all": whole, **DIAGNOSIS}.items():
+    demo = Verb("copy the demo's sand into the present folder, and do `all` on it", "")
+    doctor = Verb("say what this machine has of what runs need, and what is missing", "")
+    both = {"doctor": doctor, "demo": demo}
+    for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
     return parser
@@ -159,7 +164,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
     """Add the options that a verb takes."""
-    own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
+    if verb != "demo":
+        number = "?" if verb == "doctor" else None
+        own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)", nargs=number)
     own.add_argument(
         "--results",
         type=_path,
@@ -176,15 +183,17 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
         "--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)"
     )
     own.add_argument(
+        "--json", action="store_true", help="print the outcome as JSON instead of words"
+    )
+    if verb == "doctor":
+        return
+    own.add_argument(
         "--fresh", action="store_true", help="ignore the shipped database: run everything here"
     )
     own.add_argument(
         "--verify-afresh",
         action="store_true",
         help="ignore shipped runs of verification and validation only",
-    )
-    own.add_argument(
-        "--json", action="store_true", help="print the outcome as JSON instead of words"
     )
     if verb in ("check", *DIAGNOSIS):
         own.add_argument(
@@ -223,8 +232,34 @@ def _workspace(options: argparse.Namespace) -> Workspace:
     return Workspace(case, folder, options.fresh, options.engine, _given(options))
 
 
+def _doctor(options: argparse.Namespace) -> int:
+    """Look at this machine; returns 1 where no run can be made on it."""
+    from calibrator.runs.machine import examine
+
+    named = read_case(options.case, options.site).run.yade if options.case else ""
+    found = examine(options.results, options.engine, named)
+    if options.json:
+        say_json(found)
+    else:
+        say("doctor: " + "\n".join(found.lines()))
+    return 0 if found.good else 1
+
+
+def _lay_out_demo(options: argparse.Namespace) -> None:
+    """Copy the demo's files, say so, and let the options ask for the whole way on its case."""
+    options.case, written = lay_out(Path())
+    options.verb = "all"
+    if not options.json:
+        say("demo: " + (f"wrote {', '.join(written)}" if written else "its files are here already"))
+        say(f"  what follows is the verb all on {options.case}; a sand of your own starts from it")
+
+
 def _do(options: argparse.Namespace) -> int:
     """Carry out what was asked for; returns the exit status."""
+    if options.verb == "doctor":
+        return _doctor(options)
+    if options.verb == "demo":
+        _lay_out_demo(options)
     space = _workspace(options)
     if options.verb in DIAGNOSIS:
         return _diagnose(options, space)

@@ -13,10 +13,10 @@ DOCUMENTS = sorted(
     [*REPO.glob("*.md"), *(REPO / "docs").glob("*.md"), *(REPO / "grid").glob("*.md")]
 )
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
-COMMAND = re.compile(r"python -m ((?:benchmarks|tests\.campaigns)[\w.]*)")
+COMMAND = re.compile(r"python -m ((?:benchmarks|delivery|tests\.campaigns)[\w.]*)")
 # a path in backquotes or bare, of what tests and benchmarks have
 PLACE = re.compile(
-    r"(?<![\w/.])((?:tests|benchmarks|calibrator|yade_scripts|grid|cases)/[\w./<>*-]*\w)"
+    r"(?<![\w/.])((?:tests|benchmarks|delivery|calibrator|yade_scripts|grid|cases)/[\w./<>*-]*\w)"
 )
 
 

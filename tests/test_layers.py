@@ -12,7 +12,7 @@ FLOORS = [
     ["plan"],
     ["search", "diagnosis"],
     ["verification", "foresight"],
-    ["check", "report", "terminal"],
+    ["check", "demo", "report", "terminal"],
     ["cli", "summary"],
 ]
 GROUND = {"errors", "files", "threads"}  # single modules that everything may use
@@ -20,7 +20,7 @@ FENCED = {
     "pymoo": {"search.nsga2"},
     "moocore": {"search.nsga2"},
     "matplotlib": {"report.figures"},
-    "subprocess": {"runs.local", "runs.slurm"},
+    "subprocess": {"runs.local", "runs.slurm", "runs.programs"},
     "sklearn": {"responses.gaussian_process"},
     "threadpoolctl": {"threads"},
     "pandas": {"runs.database"},

@@ -132,5 +132,5 @@ def test_a_target_that_no_parameter_moves_is_refused_before_any_run(write_case):
     )
     with pytest.raises(CalibratorError, match="ledge has none of the calibrated parameters"):
         read_case(write_case(only_neck, NECK, lab=none))
-    with pytest.raises(CalibratorError, match="neck_diameter is no parameter of ledge.*hourglass"):
+    with pytest.raises(CalibratorError, match=r"neck_diameter is no parameter of ledge.*hourglass"):
         read_case(write_case(NECK, lab=none))

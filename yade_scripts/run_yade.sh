@@ -1,6 +1,7 @@
 #!/bin/sh
 # yade-batch's --executable: runs one table line with what yade-batch itself lacks, a lock and a time limit.
-# Called in the case's result folder with YADE_BATCH=<table>:<line> and CALIBRATOR_TIME_LIMIT in seconds.
+# Called in the case's result folder with YADE_BATCH=<table>:<line> and CALIBRATOR_TIME_LIMIT in seconds;
+# CALIBRATOR_YADE is the yade to call, where it is not the one on the PATH.
 table=${YADE_BATCH%:*}
 line=${YADE_BATCH##*:}
 request=$(sed -n "1p;${line}p" "$table")
@@ -18,4 +19,4 @@ flock -w "$CALIBRATOR_TIME_LIMIT" 9 || exit 124
 rm -f "locks/$run_id.table"
 printf '%s\n' "$request" > "locks/$run_id.table" || exit 2
 export YADE_BATCH="locks/$run_id.table:2"
-exec timeout --foreground --kill-after=10 "$CALIBRATOR_TIME_LIMIT" yade -n "$@"
+exec timeout --foreground --kill-after=10 "$CALIBRATOR_TIME_LIMIT" "${CALIBRATOR_YADE:-yade}" -n "$@"

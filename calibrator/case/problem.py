@@ -232,6 +232,10 @@ class Problem:
             )
         if not self.targets:
             mistakes.note(["no target: give the measured file a row with role calibrate"])
+        elif all(t.weight == 0 for t in self.targets):
+            mistakes.note(
+                ["every target has weight 0, and would be reported only: give one of them a weight"]
+            )
         names = [p.name for p in self.parameters]
         keys = [t.key for t in (*self.targets, *self.held_out)]
         for what in (names, keys):

@@ -146,15 +146,24 @@ class Running:
     """How runs are carried out.
 
     jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails;
-    budget_core_hours stops a plan that is too large; shipped : a database to start from.
+    budget_core_hours stops a plan that is too large; shipped : a database to start from; yade : the
+    build of YADE, as a name on the PATH or an absolute path, whose own yade-batch is called as it
+    with "-batch" behind. A case may come from anybody: what it names must be called yade-something.
     """
 
     jobs: int = 0
     attempts: int = 2
     budget_core_hours: float = 24.0
     shipped: str = ""
+    yade: str = ""
 
     def __post_init__(self) -> None:
+        _matches(
+            "run.yade",
+            self.yade,
+            r"(/[A-Za-z0-9_.+-]+)*/?yade[A-Za-z0-9_.+-]*",
+            "a name such as yadedaily, or an absolute path such as /opt/yade/bin/yade-trunk",
+        )
         require_within(
             "run", self, jobs=(0, 10_000), attempts=(1, 100), budget_core_hours=(0, 1e12)
         )

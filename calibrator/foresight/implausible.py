@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from calibrator.case.case import Case
 from calibrator.case.lab import Observable
 from calibrator.case.physics import GRAVITY, contact_overlap
 from calibrator.case.vocabulary import EFFECTS, PARAMETERS
 from calibrator.foresight.values import DEFAULT, Values, corners
 from calibrator.plan.requests import make_request
+from calibrator.responses.targets import repeats, ruling
 from calibrator.runs import setups
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.request import Request
@@ -48,11 +51,13 @@ def _of_parameters(case: Case) -> list[str]:
                 f"parameters.{p.name}: high is {p.high / p.low:.3g} times low on a linear scale,"
                 ' which leaves hardly a set near low; set scale = "log" or narrow the bounds'
             )
-    if (unknowns := len(problem.parameters)) > (known := len(problem.targets)):
+    rows = repeats(problem.targets)[ruling(problem.targets)]
+    unknowns, known = len(problem.parameters), len(np.unique(rows, axis=0))
+    if unknowns > known:
         found.append(
-            f"{unknowns} parameters for {known} target{'s' * (known > 1)}: they cannot all be"
-            " identified, many sets will fit alike; give more rows the role calibrate, or move"
-            " parameters to [fixed]"
+            f"{unknowns} parameters for {known} independent target{'s' * (known > 1)}: they cannot"
+            " all be identified, many sets will fit alike; give more rows the role calibrate, or"
+            " move parameters to [fixed]"
         )
     return found
 
@@ -70,11 +75,6 @@ def _of_targets(case: Case) -> list[str]:
         found.append(
             f"{', '.join(once)}: no scatter is given, so the error of the measurement is"
             " unknown; give the scatter of one replicate, from repeated measurements"
-        )
-    if not sum(t.weight for t in problem.targets):
-        found.append(
-            "every target has the weight 0, so that the error O1 is 0 everywhere; give one of them"
-            " a weight under [targets]"
         )
     if not problem.held_out:
         found.append(

@@ -19,7 +19,13 @@ from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern,
 
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
-from calibrator.responses.interpolant import Learnt, TrainingRuns, checked_runs, common_source
+from calibrator.responses.interpolant import (
+    FEWEST_DEGREES,
+    Learnt,
+    TrainingRuns,
+    checked_runs,
+    common_source,
+)
 from calibrator.threads import on_one_thread
 
 CHUNK = 4096  # rows predicted at once: keeps the covariance block in the processor's cache
@@ -37,9 +43,6 @@ MOST_POINTS = 10_000  # a covariance of 0.8 GB, and the process holds a few of i
 
 # Of the standardised variance: keeps the covariance invertible where the noise is measured as zero.
 JITTER = 1e-8
-
-# Pooled seed noise with fewer degrees of freedom is uncertain by more than a factor of two.
-FEWEST_DEGREES = 4
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import time
 from collections.abc import Callable, Sequence
 
-from calibrator.errors import CalibratorError
 from calibrator.runs import engine
 from calibrator.runs.batch import (
     Batch,
@@ -20,6 +18,7 @@ from calibrator.runs.batch import (
     time_limit,
 )
 from calibrator.runs.folder import RunFolder, log, refuse_link
+from calibrator.runs.programs import YADE_VARIABLE, Build, chosen, namespace
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, write_table
 
@@ -30,13 +29,15 @@ class Local(engine.Engine):
     Parameters
     ----------
     jobs : runs at a time; 0 takes every core that this process is allowed.
+    yade : the build of YADE that the case names; empty where it names none.
     """
 
     pause = 0.5
     advice = ""
     early_ends = 2  # a yade-batch that dies again and again is not started for ever
 
-    def __init__(self, jobs: int = 0) -> None:
+    def __init__(self, jobs: int = 0, yade: str = "") -> None:
+        self.build = chosen(yade)
         self.cores = self.jobs = jobs or len(os.sched_getaffinity(0))
         self.command: list[str] = []
         self.process: subprocess.Popen[bytes] | None = None
@@ -44,7 +45,7 @@ class Local(engine.Engine):
 
     def require(self) -> None:
         """Raise CalibratorError where YADE, or what yade-batch is called with, is missing."""
-        self.command = yade_batch_command()
+        self.command = yade_batch_command(self.build)
 
     def submit(self, folder: RunFolder, batch: Batch) -> None:
         """Start yade-batch over one table of all runs."""
@@ -62,7 +63,7 @@ class Local(engine.Engine):
             self.process = subprocess.Popen(
                 [*self.command, *arguments],
                 cwd=folder.path,
-                env=clean_environment(limit),
+                env={**clean_environment(limit), YADE_VARIABLE: self.build.yade},
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -97,29 +98,19 @@ def run(
     return engine.run(Local(jobs), folder, requests, attempts, report)
 
 
-def yade_batch_command() -> list[str]:
+def yade_batch_command(build: Build) -> list[str]:
     """How yade-batch is called: never orphaned, and cut off from the network where possible.
 
     Raises CalibratorError where it, or a program that it needs, is missing.
     """
-    for program in ("yade-batch", "yade", "setpriv"):
-        if shutil.which(program) is None:
-            raise CalibratorError(
-                f"{program} is not installed: run `make yade` (apt-get install"
-                " --no-install-recommends yade)"
-            )
-    command = ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
-    for namespace in (["unshare", "--map-root-user", "--net"], ["unshare", "--net"]):
-        if (
-            shutil.which("unshare")
-            and subprocess.run([*namespace, "true"], capture_output=True).returncode == 0
-        ):
-            return [*namespace, *command]
-    log.warning(
-        "no network namespace here: yade-batch's status page (port 9080+) can be reached from other"
-        " machines"
-    )
-    return command
+    build.require()
+    wall = namespace()
+    if not wall:
+        log.warning(
+            "no network namespace here: yade-batch's status page (port 9080+) can be reached from"
+            " other machines"
+        )
+    return [*wall, "setpriv", "--pdeathsig", "KILL", build.batch]
 
 
 def clean_environment(time_limit: float) -> dict[str, str]:

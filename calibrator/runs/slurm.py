@@ -26,6 +26,7 @@ from calibrator.runs import engine
 from calibrator.runs.batch import Batch, Progress, batch_arguments, clear, note_ended, time_limit
 from calibrator.runs.failures import exit_code
 from calibrator.runs.folder import RunFolder
+from calibrator.runs.programs import YADE_VARIABLE, Build, chosen
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, write_table
 
@@ -41,13 +42,15 @@ class Slurm(engine.Engine):
     Parameters
     ----------
     options : what SLURM is asked for.
+    yade : the build of YADE that the case names; empty where it names none.
     """
 
     cores = None
     advice = ""
 
-    def __init__(self, options: Cluster) -> None:
+    def __init__(self, options: Cluster, yade: str = "") -> None:
         self.options = options
+        self.build = chosen(yade)
         self.absent_since: dict[Path, float] = {}
 
     @property
@@ -79,7 +82,8 @@ class Slurm(engine.Engine):
             limit = time_limit({r.run_id: batch.cost[r.run_id] for r in own}, batch.patience(own))
             table = f"{index}.table"
             write_table(path / table, own)
-            write_text(path / f"{index}.sh", _slice_script(f"batches/{name}/{table}", own, limit))
+            script = _slice_script(f"batches/{name}/{table}", own, limit, self.build)
+            write_text(path / f"{index}.sh", script)
         write_text(path / "job.sh", _job_script(name, options))
         manifest = [[r.run_id for r in own] for own in slices]
         write_text(path / "manifest.json", json.dumps(manifest) + "\n")
@@ -166,15 +170,15 @@ fi
 """
 
 
-def _slice_script(table: str, own: Sequence[Request], limit: float) -> str:
+def _slice_script(table: str, own: Sequence[Request], limit: float, build: Build) -> str:
     """The last lines of an array task: yade-batch over its table.
 
-    limit : wall-clock time [s] of each run.
+    limit : wall-clock time [s] of each run; build : of YADE, as the node knows it.
     """
-    arguments = shlex.join(batch_arguments(table, own, 1))
+    call = shlex.join([build.batch, *batch_arguments(table, own, 1)])
     return (
-        f"export CALIBRATOR_TIME_LIMIT={limit:.0f}\n"
-        f'exec "${{wall[@]}}" setpriv --pdeathsig KILL yade-batch {arguments}\n'
+        f"export CALIBRATOR_TIME_LIMIT={limit:.0f} {YADE_VARIABLE}={shlex.quote(build.yade)}\n"
+        f'exec "${{wall[@]}}" setpriv --pdeathsig KILL {call}\n'
     )
 
 

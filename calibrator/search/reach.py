@@ -9,7 +9,7 @@ import numpy as np
 from calibrator.case.problem import Problem
 from calibrator.responses.box import corners, refined, sample_of
 from calibrator.responses.interpolant import Interpolant
-from calibrator.responses.targets import bands, target_columns
+from calibrator.responses.targets import bands, ruling, target_columns
 from calibrator.search.parts import JointReach, Reachability, TargetReach
 
 Predict = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -31,7 +31,7 @@ def unreachable(
     mean, misfit = predict(sample)
     singly = tuple(
         _target_reach(problem, predict, i, sample, mean[:, i], rng)
-        for i in range(len(problem.targets))
+        for i in map(int, np.flatnonzero(ruling(problem.targets)))
     )
     start = sample[np.argmin(misfit.max(axis=1))]
     point = refined(lambda p: predict(p)[1].max(axis=1), start, problem, rng)

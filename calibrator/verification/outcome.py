@@ -20,11 +20,14 @@ class Comparison:
         to (see `problem.Target.scale`).
     predicted, predicted_error : the interpolant's mean and standard error; None for a response that
         was not interpolated.
-    simulated, scatter, standard_error : mean of the fresh runs, standard deviation of one, and
-        standard error of the mean; None where no run measured the response.
+    simulated, scatter, standard_error : mean of the fresh runs, standard deviation of one (None of
+        fewer than two), and standard error of the mean; None where nothing says what it is.
     runs : fresh runs that measured it; attempted : all that were made.
     relative_error : (simulated - target) / scale; band : how far from the target counts as met.
-    passed : whether the mean lies within the band; what nothing measured is missed.
+    passed : whether the mean lies within the band, and is known to better than the band; what
+        nothing measured is missed.
+    undecided : whether the mean is too uncertain to call the target met or missed: not passed.
+    reported_only : whether the target has weight 0 and rules nothing.
     promise_kept : whether simulation and prediction agree within two combined standard errors.
     """
 
@@ -42,7 +45,18 @@ class Comparison:
     relative_error: float | None
     band: float
     passed: bool
+    undecided: bool
+    reported_only: bool
     promise_kept: bool | None
+
+    @property
+    def verdict(self) -> str:
+        """What became of the target, in a word or two."""
+        if self.reported_only:
+            return "reported only (weight 0)"
+        if self.undecided:
+            return "CANNOT TELL, its mean is too uncertain: more replicates"
+        return "met" if self.passed else "MISSED"
 
     @property
     def line(self) -> str:
@@ -51,10 +65,14 @@ class Comparison:
         start = f"{self.key}: target {self.target:.5g}{promise}, "
         if self.simulated is None or self.relative_error is None:
             return f"{start}not measured by any of {self.attempted} fresh runs: MISSED"
-        error = "" if self.standard_error is None else f" +- {self.standard_error:.2g}"
+        error = (
+            " +- unknown (a single run)"
+            if self.standard_error is None
+            else f" +- {self.standard_error:.2g}"
+        )
         return (
             f"{start}simulated {self.simulated:.5g}{error} ({self.relative_error:+.1%}, band"
-            f" {self.band / self.scale:.1%}): {'met' if self.passed else 'MISSED'}"
+            f" {self.band / self.scale:.1%}): {self.verdict}"
         )
 
 
@@ -78,7 +96,7 @@ class Verdict(Counts):
     @property
     def missed(self) -> tuple[str, ...]:
         """Keys of the targets that are not met."""
-        return tuple(r.key for r in self.responses if not r.passed)
+        return tuple(r.key for r in self.responses if not (r.passed or r.reported_only))
 
     @property
     def unmeasured(self) -> tuple[str, ...]:
@@ -89,6 +107,11 @@ class Verdict(Counts):
     def unreliable(self) -> tuple[str, ...]:
         """Set-ups of which more runs failed, or lacked a response, than may."""
         return too_many_failed(self.responses, self.most_failed)
+
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """Keys of the targets whose mean is too uncertain to call them met or missed."""
+        return tuple(r.key for r in self.responses if r.undecided and not r.reported_only)
 
     @property
     def endings(self) -> str:
@@ -168,8 +191,9 @@ def _by_label(verdicts: dict[str, Verdict]) -> list[str]:
 
 def too_many_failed(comparisons: Sequence[Comparison], most: float) -> tuple[str, ...]:
     """Set-ups of which a larger share of the runs than this failed, or lacked a response."""
-    least = {c.key.split(".")[0]: 0.0 for c in comparisons}
-    for c in comparisons:
+    ruling = [c for c in comparisons if not c.reported_only]
+    least = {c.key.split(".")[0]: 0.0 for c in ruling}
+    for c in ruling:
         setup = c.key.split(".")[0]
         lost = 1 - c.runs / c.attempted if c.attempted else 1.0
         least[setup] = max(least[setup], lost)
@@ -177,7 +201,8 @@ def too_many_failed(comparisons: Sequence[Comparison], most: float) -> tuple[str
 
 
 def all_passed(comparisons: Sequence[Comparison], most_failed: float) -> bool | None:
-    """Whether every target is met, by enough runs; None where there is nothing to compare."""
-    if not comparisons:
+    """Whether every target that has a weight is met, by enough runs; None where there is none."""
+    ruling = [c for c in comparisons if not c.reported_only]
+    if not ruling:
         return None
-    return all(c.passed for c in comparisons) and not too_many_failed(comparisons, most_failed)
+    return all(c.passed for c in ruling) and not too_many_failed(ruling, most_failed)

@@ -96,7 +96,8 @@ def validate(space: Workspace, report: Report = silent) -> Validation:
     requests = validation_requests(space, calibration)
     done = _carried_out(space, "validate", space.case.validate, requests, report)
     verdicts = {
-        label: _verdict(space, targets, own, space.case.validate) for label, own in done.items()
+        label: _verdict(space, targets, own, space.case.validate, noise=calibration.seed_noise)
+        for label, own in done.items()
     }
     compromise = verdicts.pop(COMPROMISE)
     fields = {f.name: getattr(compromise, f.name) for f in dataclasses.fields(compromise)}
@@ -125,7 +126,7 @@ def _verdict(
     records: Sequence[Record],
     settings: Replicates,
     promised: Mapping[str, Promise] | None = None,
-    noise: Mapping[str, float] | None = None,
+    noise: Mapping[str, float | None] | None = None,
 ) -> Verdict:
     """The verdict on one candidate's fresh runs; promised, noise : see `compare`."""
     comparisons = compare(targets, records, promised, noise)

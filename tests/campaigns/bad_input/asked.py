@@ -7,13 +7,14 @@ import io
 import os
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from hypothesis import strategies as st
 
+from calibrator import check
 from calibrator.case.vocabulary import PARAMETERS, SETUPS
 from calibrator.cli import main
-from calibrator.runs import local
 from calibrator.runs.request import Request, cell
 from tests.campaigns.bad_input.damage import TOML_VALUES, VALUES, damaged_bytes
 from tests.campaigns.bad_input.rules import (
@@ -29,6 +30,7 @@ from tests.campaigns.bad_input.yard import CASE, Yard
 
 KINDS: dict[str, Kind] = {}
 kind = registry(KINDS)
+HEALTHY = SimpleNamespace(warnings=list)  # a machine that lacks nothing
 
 
 def _settings(yard: Yard) -> st.SearchStrategy[Any]:
@@ -121,9 +123,9 @@ def called(arguments: list[str], folder: Path) -> tuple[int, str]:
     err = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="backslashreplace")
     folder.mkdir(exist_ok=True)
     # which `check` asks for
-    before, path, command = os.getcwd(), os.environ["PATH"], local.yade_batch_command
+    before, path, look = os.getcwd(), os.environ["PATH"], check.examine
     handler = signal.getsignal(signal.SIGTERM)
-    os.environ["PATH"], local.yade_batch_command = "/nowhere", lambda: ["true"]
+    os.environ["PATH"], check.examine = "/nowhere", lambda *_: HEALTHY
     os.chdir(folder)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -133,7 +135,7 @@ def called(arguments: list[str], folder: Path) -> tuple[int, str]:
                 code = int(end.code or 0)
     finally:
         os.chdir(before)
-        os.environ["PATH"], local.yade_batch_command = path, command
+        os.environ["PATH"], check.examine = path, look
         signal.signal(signal.SIGTERM, handler)
     err.flush()
     return code, err.buffer.getvalue().decode()
