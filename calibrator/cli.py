@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import logging
+import shlex
 import signal
 import sys
 from dataclasses import dataclass
@@ -82,6 +84,16 @@ DIAGNOSIS = {
 """The verbs of the search for a missing effect."""
 
 
+REMEDIES = {
+    errno.ENOSPC: "free space",
+    errno.EDQUOT: "free space",
+    errno.EACCES: "mend the permissions",
+    errno.EPERM: "mend the permissions, or give a place on another drive with --results",
+    errno.EROFS: "the drive is read-only, give a place on another one with --results",
+}
+"""What to do about an error of the operating system, by its number."""
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Entry point.
 
@@ -99,8 +111,11 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         return 0
     except OSError as error:
-        remedy = "free space or mend the permissions, then run the same command again"
-        print(f"calibrator: {one_line(str(error))}: {remedy}", file=sys.stderr)
+        remedy = REMEDIES.get(error.errno or 0, "see to that place, or give another with --results")
+        print(
+            f"calibrator: {one_line(str(error))}: {remedy}, then run the same command again",
+            file=sys.stderr,
+        )
         return 2
     except KeyboardInterrupt:
         print(
@@ -246,7 +261,7 @@ def _lay_out_demo(options: argparse.Namespace) -> None:
     options.verb = "all"
     if not options.json:
         say("demo: " + (f"wrote {', '.join(written)}" if written else "its files are here already"))
-        say(f"  what follows is `calibrator all {options.case}`; a sand of your own starts from it")
+        say(f"  what follows is the verb all on {options.case}; a sand of your own starts from it")
 
 
 def _do(options: argparse.Namespace) -> int:
@@ -270,7 +285,11 @@ def _do(options: argparse.Namespace) -> int:
         say_json(outcomes if options.verb == "all" else outcomes[options.verb])
     elif options.verb != "all" and verbs[0] != "report":
         after = list(VERBS)[list(VERBS).index(verbs[0]) + 1]
-        say(f"next: {space.command(after)}")
+        # a calibration reads the case's own lab file; a pre-flight takes another one, too
+        if lab := getattr(options, "lab", None):
+            say(f"next: {space.command('preflight')} {shlex.join(['--lab', str(lab)])}")
+        else:
+            say(f"next: {space.command(after)}")
     return 0 if good else 1
 
 

@@ -36,7 +36,7 @@ def lay_out(folder: Path) -> tuple[Path, list[str]]:
         if path.is_symlink() or (path.exists() and not _holds(path, raw)):
             raise CalibratorError(
                 f"{path} is not the demo's own, and is not overwritten: call the demo in an empty"
-                f" folder, or `calibrator all {folder / FILES[0]}` to calibrate what is here"
+                f" folder, or call the verb all on {folder / FILES[0]} to calibrate what is here"
             )
     missing = [name for name in wanted if not (folder / name).exists()]
     for name in missing:

@@ -67,20 +67,20 @@ class Observable:
             self.target()
 
     def _require_possible(self) -> None:
-        """Raise CalibratorError for a value that no measurement can have."""
-        unit = RESPONSES[self.response].unit
-        if unit == "deg" and abs(self.value) > 90:
-            raise CalibratorError(
-                f"{self.key} = {self.value:g} degrees, beyond 90: has a decimal point slipped?"
-                " correct the value"
-            )
-        if unit in ("kg", "kg/s", "kg/m3") and self.value < 0:
-            raise CalibratorError(f"{self.key} = {self.value:g} {unit}: give a positive value")
-        if self.response == "residual_fraction" and not 0 <= self.value <= 1:
-            raise CalibratorError(
-                f"{self.key} = {self.value:g}: it is a share of the filled mass, 0 to 1; divide"
-                " per cents by 100"
-            )
+        """Raise CalibratorError for a value that the response cannot have."""
+        quantity = RESPONSES[self.response]
+        low = -LARGEST if quantity.low is None else quantity.low
+        high = LARGEST if quantity.high is None else quantity.high
+        if low <= self.value <= high:
+            return
+        hint = {
+            "deg": "has a decimal point slipped? ",
+            "1": "it is a share, divide per cents by 100; " if high == 1 else "",
+        }.get(quantity.unit, "")
+        bounds = f"{low:g} or more" if quantity.high is None else f"{low:g} to {high:g}"
+        raise CalibratorError(
+            f"{self.key} = {self.value:g}: {hint}give a value of {bounds} {quantity.unit}"
+        )
 
     @property
     def experiment(self) -> str:

@@ -107,6 +107,14 @@ def _restitution_of(betan: float) -> float:
     return -v
 
 
+def contact_overlap(p: Mapping[str, float]) -> float:
+    """Overlap [m] of two grains that five grain weights press together, after Hertz."""
+    radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
+    mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
+    stiffness = 4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2)
+    return float((5 * mass * GRAVITY / stiffness) ** (2 / 3))
+
+
 def contact_time(p: Mapping[str, float]) -> float:
     """Time sqrt(I/k) [s] of a grain on the springs of a contact under five grain weights.
 
@@ -120,9 +128,6 @@ def contact_time(p: Mapping[str, float]) -> float:
 def _turning_time(p: Mapping[str, float], ratio: float) -> float:
     """Time sqrt(I/k) [s] with k = ratio k_t (r/2)^2, k_t that under five grain weights."""
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
-    mass = 4 / 3 * math.pi * radius**3 * p["particle_density"]
-    overlap = (
-        5 * mass * GRAVITY / (4 / 3 * young / (2 * (1 - poisson**2)) * math.sqrt(radius / 2))
-    ) ** (2 / 3)
+    mass, overlap = 4 / 3 * math.pi * radius**3 * p["particle_density"], contact_overlap(p)
     shear = 8 * young / (2 * (1 + poisson)) / (2 * (2 - poisson)) * math.sqrt(radius / 2 * overlap)
     return math.sqrt(0.4 * mass * radius**2 / (ratio * shear * (radius / 2) ** 2))

@@ -106,20 +106,23 @@ class Parameter:
             raise CalibratorError(
                 f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap them"
             )
+        mistakes = Mistakes()
         if not 2 <= self.samples <= 1000:
-            raise CalibratorError(f"{self.name}: samples = {self.samples}; give 2 to 1000")
+            mistakes.note([f"{self.name}: samples = {self.samples}; give 2 to 1000"])
         if not 1 <= self.bits <= 32:
-            raise CalibratorError(f"{self.name}: bits = {self.bits}; give 1 to 32")
-        known(self.scale, ("linear", "log"), f"scale of {self.name}")
+            mistakes.note([f"{self.name}: bits = {self.bits}; give 1 to 32"])
+        with mistakes.noted():
+            known(self.scale, ("linear", "log"), f"scale of {self.name}")
         if self.scale == "log" and self.low <= 0:
-            raise CalibratorError(
-                f"{self.name}: a log scale needs low above zero, it is {self.low:g}"
+            mistakes.note([f"{self.name}: a log scale needs low above zero, it is {self.low:g}"])
+        elif self.scale == "log" and self.high / self.low > WIDEST_LOG_SCALE:
+            mistakes.note(
+                [
+                    f"{self.name}: high is {self.high / self.low:.1g} times low; narrow the bounds"
+                    " of a log scale"
+                ]
             )
-        if self.scale == "log" and self.high / self.low > WIDEST_LOG_SCALE:
-            raise CalibratorError(
-                f"{self.name}: high is {self.high / self.low:.1g} times low; narrow the bounds of a"
-                " log scale"
-            )
+        mistakes.raise_any()
 
     def values_at(self, shares: np.ndarray) -> np.ndarray:
         """Values at shares 0 to 1 of the way from low to high on its scale, the shape of shares.

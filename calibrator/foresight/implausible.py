@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from calibrator.case.case import Case
 from calibrator.case.lab import Observable
-from calibrator.case.physics import GRAVITY
+from calibrator.case.physics import GRAVITY, contact_overlap
 from calibrator.case.vocabulary import EFFECTS, PARAMETERS
 from calibrator.foresight.values import DEFAULT, Values, corners
 from calibrator.plan.requests import make_request
+from calibrator.responses.targets import repeats, ruling
 from calibrator.runs import setups
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.request import Request
@@ -22,6 +25,8 @@ SOFTER = 1e7
 """Young's modulus [Pa] that the reference paper's own lower bound is near."""
 DECADES = 100.0
 """Ratio of bounds that a linear scale hardly resolves."""
+LARGEST_OVERLAP = 0.05
+"""Of the radius."""
 OFF = 5.0
 """Factor between a measured rate and Beverloo's estimate that is hardly a matter of friction."""
 
@@ -46,11 +51,13 @@ def _of_parameters(case: Case) -> list[str]:
                 f"parameters.{p.name}: high is {p.high / p.low:.3g} times low on a linear scale,"
                 ' which leaves hardly a set near low; set scale = "log" or narrow the bounds'
             )
-    if (unknowns := len(problem.parameters)) > (known := len(problem.targets)):
+    rows = repeats(problem.targets)[ruling(problem.targets)]
+    unknowns, known = len(problem.parameters), len(np.unique(rows, axis=0))
+    if unknowns > known:
         found.append(
-            f"{unknowns} parameters for {known} target{'s' * (known > 1)}: they cannot all be"
-            " identified, many sets will fit alike; give more rows the role calibrate, or move"
-            " parameters to [fixed]"
+            f"{unknowns} parameters for {known} independent target{'s' * (known > 1)}: they cannot"
+            " all be identified, many sets will fit alike; give more rows the role calibrate, or"
+            " move parameters to [fixed]"
         )
     return found
 
@@ -84,6 +91,12 @@ def _of_numbers(case: Case) -> list[str]:
         found.append(
             "plan.replicates = 1: the scatter of single runs stays unknown and can only be guessed"
             " from the surface; give 2 or more, for some sets with plan.replicated_sets"
+        )
+    first = case.plan.sets + (case.plan.replicates - 1) * (case.plan.replicated_sets or 2)
+    if case.plan.design == "adaptive" and first >= case.plan.most_runs:
+        found.append(
+            f"plan.most_runs = {case.plan.most_runs}: the {first} runs that an adaptive design"
+            " starts with use that up before it can choose any; raise most_runs or lower sets"
         )
     if case.verify.replicates == 1:
         found.append(
@@ -175,6 +188,13 @@ def odd_materials(case: Case, values: dict[str, Values]) -> list[str]:
         found.append(
             f"particle_density = {heavy:g} kg/m3 is above that of any metal; correct it, the unit"
             " is kg/m3"
+        )
+    softest = {n: r.bounds[0] for n, r in own.items() if not isinstance(r.value, str)}
+    softest |= {"particle_radius": large, "particle_density": heavy}
+    if (overlap := contact_overlap(softest) / large) > LARGEST_OVERLAP:
+        found.append(
+            f"young_modulus = {softest['young_modulus']:g} Pa: five grain weights press grains into"
+            f" each other by {overlap:.0%} of their radius, too much for hard spheres; raise it"
         )
     return found + _of_stiffness(case, values)
 

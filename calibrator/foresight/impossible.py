@@ -6,7 +6,7 @@ import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.problem import known
-from calibrator.case.vocabulary import PARAMETERS, parameters_of
+from calibrator.case.vocabulary import PARAMETERS
 from calibrator.diagnosis.experiments import wanted
 from calibrator.diagnosis.runs import asked, require_enough
 from calibrator.errors import CalibratorError, Mistakes
@@ -26,7 +26,6 @@ def require_possible(case: Case, values: dict[str, Values]) -> None:
         with mistakes.noted():
             known(name, OBJECTIVES, "objective")
     mistakes.note(overlapping(case))
-    mistakes.note(_unknown_to_set_ups(case))
     for experiment, own in values.items():
         mistakes.note(_geometry(experiment, own))
     mistakes.note(_density(case, values))
@@ -36,22 +35,6 @@ def require_possible(case: Case, values: dict[str, Values]) -> None:
         with mistakes.noted():
             _require_diagnosable(case, mistakes)
     mistakes.raise_any()
-
-
-def _unknown_to_set_ups(case: Case) -> list[str]:
-    """Calibrated parameters that no set-up with a target takes, and set-ups that take none."""
-    names, used = case.problem.names, case.problem.calibration_setups
-    found = [
-        f"parameters.{name}: no set-up with a row to calibrate takes it, it belongs to"
-        f" {', '.join(PARAMETERS[name].setups)}; remove it, or give such a row the role calibrate"
-        for name in names
-        if not set(used) & set(PARAMETERS[name].setups)
-    ]
-    return found + [
-        f"{setup} takes none of the calibrated parameters: give its rows the role held_out"
-        for setup in used
-        if not set(names) & parameters_of(setup).keys()
-    ]
 
 
 def _geometry(experiment: str, values: Values) -> list[str]:
@@ -97,10 +80,9 @@ def _require_interpolable(case: Case, mistakes: Mistakes) -> None:
     key = "the samples of the grid" if case.plan.design == "grid" else "plan.sets"
     for setup in case.problem.calibration_setups:
         response = next(t.key for t in case.problem.targets if t.setup == setup)
-        own = [i for i, name in enumerate(change.names) if name in parameters_of(setup)]
+        own = [i for i, name in enumerate(change.names) if name in case.problem.seen_by(setup)]
         try:
-            if own:
-                require_points(response, len(np.unique(points[:, own], axis=0)), len(own))
+            require_points(response, len(np.unique(points[:, own], axis=0)), len(own))
         except CalibratorError as error:
             mistakes.note([f"as planned, {error}; change {key}"])
 

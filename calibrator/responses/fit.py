@@ -110,7 +110,7 @@ def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> 
     points, values = response_table(case.problem, records, keys)
     if len(points) == 0:
         raise CalibratorError(
-            "the database has no good run: look at the failures that `calibrator collect` lists"
+            "the database has no good run: look at the failures that the verb collect lists"
         )
     settings = case.interpolation
     return fit_responses(

@@ -237,6 +237,15 @@ def _doubtful_hourglass(p: Numbers) -> list[Doubt]:
     if ratio < 6 * (1 - 1e-9):
         words = f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it"
         found.append(Doubt("neck", -ratio, f"{words} or expect clogged runs"))
+    if (seconds := _discharge(p)) > p["longest_time"]:
+        found.append(
+            Doubt(
+                "discharge",
+                seconds,
+                f"60 % of the grains take about {seconds:.2g} s to pass the neck, longer than"
+                f" longest_time = {p['longest_time']:g} s, at which a run is given up; raise it",
+            )
+        )
     density = NOMINAL_FRACTION * p["particle_density"]
     height = p["fill_mass"] / density / _disc(p)
     if height < neck:

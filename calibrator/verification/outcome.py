@@ -150,7 +150,7 @@ class Verification:
         if not self.passed:
             said.append(
                 "  to go on: name a copy of database.csv as run.shipped and set plan.design ="
-                ' "adaptive" in the case; `calibrator run` then adds runs where they decide'
+                ' "adaptive" in the case; the verb run then adds runs where they decide'
             )
         return said
 

@@ -13,7 +13,8 @@ DENSITY = '[targets."hourglass.bulk_density"]\n'
 
 
 def test_a_plausible_case_is_not_doubted(checked):
-    assert checked().warnings == ()
+    said = checked().warnings
+    assert [w for w in said if not w.startswith("YADE fake is new here")] == []
 
 
 @pytest.mark.parametrize(
@@ -22,6 +23,9 @@ def test_a_plausible_case_is_not_doubted(checked):
         ("[run]", f"{DENSITY}tolerance = 3\n[run]", "write tolerance = 0.03"),
         ("[run]", f"{DENSITY}tolerance = 1\n[run]", "write tolerance = 0.01"),
         ("low = 0.5e6", "low = 1e4", 'set scale = "log"'),
+        ("low = 0.5e6", "low = 1e4", "press grains into each other by 22% of their radius"),
+        ('"sobol"', '"adaptive"\nmost_runs = 16', "the 16 runs that an adaptive design"),
+        ("fill_mass = 16e-3", "fill_mass = 1.6", "longer than longest_time = 5 s"),
         ("high = 4e6", "high = 63e9", "young_modulus = 6.3e+10 Pa takes"),
         ("neck_diameter = 14e-3", "neck_diameter = 10e-3", "the neck is 5.0 grain diameters wide"),
         ("cylinder_diameter = 24e-3", "cylinder_diameter = 10e-3", "= 0.01 m is 5.0 grain"),
@@ -37,7 +41,7 @@ def test_a_plausible_case_is_not_doubted(checked):
          "does not give sliding_friction, the default 0.4 stands in"),
         ("[run]", "[run]\nbudget_core_hours = 0.001", "`run` will refuse: 28 runs would take"),
         ("[parameters.rolling", "[parameters.poisson_ratio]\nlow = 0.1\nhigh = 0.3\n"
-         "[parameters.rolling", "4 parameters for 3 targets: they cannot all be identified"),
+         "[parameters.rolling", "4 parameters for 3 independent targets: they"),
     ],
 )  # fmt: skip
 def test_what_is_hardly_meant_is_doubted(checked, old, new, words):
@@ -62,6 +66,11 @@ def test_a_wrong_unit_is_named_beside_what_it_makes_impossible(checked):
         ("0.026", "26", "Beverloo's law gives about"),
         ("mass_flow_rate,0.026,0.0001,8,kg/s", "discharge_time,6.5,,8,s", "raise longest_time"),
         ("mass_flow_rate,0.026,0.0001,8,kg/s", "residual_mass,5,,8,kg", "more than was filled in"),
+        (
+            "hourglass,mass_flow_rate,0.026,0.0001,8,kg/s",
+            "hourglass,residual_fraction,0.3,0.01,8,1",
+            "3 parameters for 2 independent targets",
+        ),
         ("1605.6,5,8", "1605.6,,1", "hourglass.bulk_density: no scatter is given"),
         ("held_out", "diagnose", "no row is held out, so `validate` has nothing to predict"),
     ],
