@@ -20,7 +20,6 @@ from calibrator.foresight.implausible import doubts, odd_materials
 from calibrator.foresight.impossible import require_possible
 from calibrator.foresight.values import Resolved, resolved, table
 from calibrator.plan.requests import design_points, plan_requests
-from calibrator.runs.engines import ENGINES
 from calibrator.runs.machine import examine
 from calibrator.runs.workspace import Workspace, beyond, for_new_seeds
 
@@ -62,12 +61,12 @@ def check_case(space: Workspace) -> Checked:
     for settings in (case.verify, case.validate, case.diagnosis):
         with mistakes.noted():
             for_new_seeds(space, settings).shipped()
+    lacks: list[str] = []
     with mistakes.noted():
-        ENGINES[space.engine](case).require()
+        lacks = examine(space.path, space.engine, case.run.yade).warnings()
     mistakes.raise_any()
     requests = plan_requests(case)
-    warnings = [*doubts(case, values), *_step_warnings(case), *unmeasured(case)]
-    warnings += examine(space.path, space.engine, case.run.yade).warnings()
+    warnings = [*doubts(case, values), *_step_warnings(case), *unmeasured(case), *lacks]
     if dear := beyond(space, requests):
         warnings.append(f"`run` will refuse: {dear}")
     targets = tuple(t.key for t in case.problem.targets)
