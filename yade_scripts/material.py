@@ -140,8 +140,8 @@ def damped_step(p):
     tests/physics finds on a held grain, and first for its spin: YADE caps the elastic shear force
     of a contact by friction, but not the damping beside it. In a bed a grain is damped by all its
     contacts at once: zeta = CROWD betan, and omega that of its spin on one shear spring k_t r^2
-    under five grain weights, over a factor. Both were found by trial
-    (benchmarks/runs/damped_step.py).
+    under five grain weights, over a factor. Both were found by trial, and hold from a restitution
+    of 0.3 up (benchmarks/runs/damped_step.py).
     """
     radius, zeta = p["particle_radius"], CROWD * damping_ratio(p["restitution"])
     inertia = 0.4 * grain_mass(p) * radius**2

@@ -30,8 +30,9 @@ SETUP = "conical_pile"  # any set-up would do: the parameters of the contact law
 def scene(given):
     """An empty scene with the project's engines; returns parameters, grain and wall material."""
     O.reset()
-    share = given.pop("share")
+    share, restitution = given.pop("share"), given.pop("restitution")
     p = contract.checked(SETUP, given)
+    p["restitution"] = restitution  # also below what requests may ask for
     p["time_step"] = share * material.rayleigh_time(p)
     return (p, *session.start(p))
 

@@ -101,7 +101,7 @@ def steps_of_damped_grains():
     """Those on the time step."""
     yield shot_grain, ()
     for mode in ("normal", "spin"):
-        yield from ((largest_stable_step, (mode, e)) for e in (0.1, 0.4, 0.9))
+        yield from ((largest_stable_step, (mode, e)) for e in (0.3, 0.5, 0.9))
     yield damped_steps, ()
 
 

@@ -57,7 +57,7 @@ def damped_steps():
     """The scripts' step [s] at restitutions, of soft grains and of stiff ones."""
     rows = []
     for young_modulus in (1e6, 1e9):
-        for restitution in (0.1, 0.3, 0.5, 0.6, 0.9):
+        for restitution in (0.3, 0.4, 0.5, 0.6, 0.9):
             p, _, _ = scene(young_modulus=young_modulus, restitution=restitution)
             crossing = material.rayleigh_time(p)
             rows.append(dict(parameters=p, time_step=O.dt, rayleigh=crossing))
