@@ -117,6 +117,7 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
         {
             **(chosen_by if case.plan.design == "adaptive" else {}),
             "parameters": problem.parameters,
+            "constraints": problem.constraints,
             "fixed values": problem.fixed,
             "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
             "plan": case.plan,

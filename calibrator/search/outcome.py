@@ -186,6 +186,7 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
         {
             "targets": problem.targets,
             "parameters": problem.parameters,
+            "constraints": problem.constraints,
             "fixed values": problem.fixed,
             "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
             "interpolation": case.interpolation,

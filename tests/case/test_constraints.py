@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from calibrator.case.constraints import read_constraint
+from calibrator.case.fingerprint import changed
 from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.case.toml import read_case
 from calibrator.errors import CalibratorError
@@ -144,3 +145,13 @@ def test_a_grid_with_holes_is_no_multilinear_one(write_case):
     linear = ("[search]", '[interpolation]\nmethod = "multilinear"\n[search]')
     with pytest.raises(CalibratorError, match=r"multilinear.*every set of the grid"):
         read_case(write_case(*changes, linear))
+
+
+def test_outcomes_rest_on_the_constraints(write_case):
+    from calibrator.plan.outcome import rests_on as plan_rests_on
+    from calibrator.search.outcome import rests_on
+
+    line = f'{FIRST_KEY}\nconstraints = ["rolling_friction <= sliding_friction"]'
+    without, constrained_case = read_case(write_case()), read_case(write_case((FIRST_KEY, line)))
+    for of in (rests_on, plan_rests_on):
+        assert changed(of(without, []), of(constrained_case, [])) == ["constraints"]
