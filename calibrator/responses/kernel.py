@@ -2,9 +2,9 @@
 
 Maximum likelihood alone fits some dozen numbers to hardly more runs where there are many
 parameters, and then claims a fraction of its error. So length scales and amplitude have a prior:
-the most probable values are sought (Rasmussen & Williams, Gaussian Processes for Machine
-Learning, 2006, Eq. 5.8, plus the logarithm of the prior). benchmarks/numerics/claims.py measures
-what is claimed.
+the most probable values are sought (Rasmussen & Williams, Gaussian Processes for Machine Learning,
+2006, Eq. 5.8, plus the logarithm of the prior). benchmarks/numerics/claims.py measures what is
+claimed.
 """
 
 from __future__ import annotations
