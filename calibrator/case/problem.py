@@ -339,10 +339,7 @@ class Problem:
         return [s for s in SETUPS if any(t.setup == s for t in self.targets)]
 
     def columns(self, points: np.ndarray) -> dict[str, np.ndarray | float]:
-        """Every numeric parameter at points (n, d).
-
-        Calibrated ones are columns (n,), fixed ones and defaults scalars.
-        """
+        """Every numeric parameter at points (n, d): calibrated ones (n,), the others scalars."""
         columns: dict[str, np.ndarray | float] = {
             n: q.default for n, q in PARAMETERS.items() if isinstance(q.default, (int, float))
         }

@@ -4,6 +4,7 @@ nsga2            the genetic search
 front            spread individuals and the compromise
 reach            targets that no parameter set meets
 identifiability  profile likelihood
+descent          least squares, many descents at once
 sensitivity      Sobol indices
 calibrate        the verb `calibrate`
 outcome          what it found

@@ -7,8 +7,6 @@ models by exploiting the profile likelihood, Bioinformatics 25 (2009) 1923-1929.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2 as chi_squared
@@ -18,19 +16,16 @@ from calibrator.responses.box import box_sample
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.success import Success
 from calibrator.responses.targets import repeats, ruling, target_columns, target_errors
+from calibrator.search.descent import Points, Residuals, descended, joined
 from calibrator.search.parts import Identifiability, ParameterProfile
 
 CHI2_68, CHI2_95 = 1.0, 3.84  # rises of chi2 that bound 68 and 95 % of one parameter
 REFUSED = 0.99  # chi2 beyond this quantile: no parameter set agrees with the targets
-STEP = 1e-4  # of the range: forward difference of the residuals
 STARTS = 20  # points of the sample from which the global minimum is sought
 NEARBY = 64  # sample points around a position of which the best is a start
-ROUNDS = 12  # of the descent; it converges quadratically near the minimum
 WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
 
 BARRIER = 1000.0  # standard errors per unit of excess: the 95 % interval reaches 0.2 % beyond
-
-Residuals = Callable[[np.ndarray], np.ndarray]
 
 
 def identify(
@@ -61,9 +56,8 @@ def identify(
     Parameters
     ----------
     success : where runs succeed; everywhere, unless given
-    samples : Sobol points of the box
+    samples : Sobol points of the box; seed : of sample and walkers
     positions : of each profile over the range, and again over the 95 % interval
-    seed : of sample and walkers
     alike : (m, m) squared correlations of the responses' seed noise (see
         `interpolant.alike_seeds`), beside the repeats that the contract names
 
@@ -75,17 +69,13 @@ def identify(
     success = success or Success(problem, ())
     residuals, assumed = _residuals(problem, interpolant, success, alike)
     rng = np.random.default_rng(seed)
-    curves, best = _curves(
-        residuals, _searched(residuals, len(problem.names), samples, rng), positions
-    )
+    sample = _searched(residuals, len(problem.names), samples, rng)
+    curves, best = _curves(residuals, sample, positions)
     refused = _refused(problem, best)
-    profiles = tuple(
-        _parameter_profile(problem, curve, best, column, refused)
-        for column, curve in enumerate(curves)
-    )
-    walked = _walked(residuals, _near_best(_joined(*curves)), rng)
+    profiles = [_parameter_profile(problem, c, best, i, refused) for i, c in enumerate(curves)]
+    walked = _walked(residuals, _near_best(joined(*curves)), rng)
     return Identifiability(
-        profiles,
+        tuple(profiles),
         _scaled(problem, best.units)[0],
         float(best.chi2[0]),
         _scaled(problem, walked),
@@ -95,7 +85,7 @@ def identify(
     )
 
 
-def _refused(problem: Problem, best: _Points) -> bool:
+def _refused(problem: Problem, best: Points) -> bool:
     """Whether even the best point's chi2 is too large for the number of its degrees of freedom.
 
     A parameter at the wall of the box is not fitted. There is one degree at least, as chi2 is not
@@ -114,27 +104,6 @@ def _correlation(sets: np.ndarray) -> np.ndarray:
     found = np.clip(np.nan_to_num(found, posinf=0.0, neginf=0.0), -1, 1)
     np.fill_diagonal(found, 1.0)
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class _Points:
-    """Points of the unit box, units (n, d), with their chi2 (n,)."""
-
-    units: np.ndarray
-    chi2: np.ndarray
-
-    @property
-    def best(self) -> _Points:
-        """The point of smallest chi2 alone."""
-        index = int(np.argmin(self.chi2))
-        return _Points(self.units[index : index + 1], self.chi2[index : index + 1])
-
-
-def _joined(*several: _Points) -> _Points:
-    """All points, in order."""
-    return _Points(
-        np.concatenate([p.units for p in several]), np.concatenate([p.chi2 for p in several])
-    )
 
 
 def _scaled(problem: Problem, units: np.ndarray) -> np.ndarray:
@@ -175,32 +144,32 @@ def _residuals(
 
 def _searched(
     residuals: Residuals, dimensions: int, samples: int, rng: np.random.Generator
-) -> _Points:
+) -> Points:
     """A Sobol sample of the unit box, and the ends of descents from its best points."""
     units = box_sample(np.zeros(dimensions), np.ones(dimensions), samples, rng)
-    sample = _Points(units, (residuals(units) ** 2).sum(axis=1))
+    sample = Points(units, (residuals(units) ** 2).sum(axis=1))
     starts = sample.units[np.argsort(sample.chi2)[:STARTS]]
-    return _joined(sample, _descended(residuals, starts, np.zeros(starts.shape, bool)))
+    return joined(sample, descended(residuals, starts, np.zeros(starts.shape, bool)))
 
 
-def _curves(residuals: Residuals, sample: _Points, positions: int) -> tuple[list[_Points], _Points]:
+def _curves(residuals: Residuals, sample: Points, positions: int) -> tuple[list[Points], Points]:
     """Profile curve of each coordinate, all over the range and closely, and the best point."""
     columns = range(sample.units.shape[1])
     coarse = [_profile(residuals, sample, i, np.linspace(0, 1, positions)) for i in columns]
-    sample = _joined(sample, *coarse)
+    sample = joined(sample, *coarse)
     grids = [_zoomed(curve, sample.best, i, positions) for i, curve in enumerate(coarse)]
     fine = [_profile(residuals, sample, i, grid) for i, grid in enumerate(grids)]
-    best = _joined(sample, *fine).best
-    return [_joined(*both, best) for both in zip(coarse, fine, strict=True)], best
+    best = joined(sample, *fine).best
+    return [joined(*both, best) for both in zip(coarse, fine, strict=True)], best
 
 
-def _near_best(points: _Points) -> _Points:
+def _near_best(points: Points) -> Points:
     """The points whose chi2 lies within the 95 % rise of the smallest."""
     near = points.chi2 <= points.chi2.min() + CHI2_95
-    return _Points(points.units[near], points.chi2[near])
+    return Points(points.units[near], points.chi2[near])
 
 
-def _profile(residuals: Residuals, sample: _Points, column: int, grid: np.ndarray) -> _Points:
+def _profile(residuals: Residuals, sample: Points, column: int, grid: np.ndarray) -> Points:
     """Smallest chi2 at each position (b,) of one coordinate, the other coordinates free.
 
     Each position starts twice: from the best of the sample points nearby and from the best point of
@@ -212,12 +181,12 @@ def _profile(residuals: Residuals, sample: _Points, column: int, grid: np.ndarra
     starts[:, column] = np.tile(grid, 2)
     fixed = np.zeros(starts.shape, bool)
     fixed[:, column] = True
-    found = _descended(residuals, starts, fixed)
+    found = descended(residuals, starts, fixed)
     rows = np.arange(len(grid)) + len(grid) * np.argmin(found.chi2.reshape(2, -1), axis=0)
-    return _Points(found.units[rows], found.chi2[rows])
+    return Points(found.units[rows], found.chi2[rows])
 
 
-def _best_nearby(sample: _Points, column: int, grid: np.ndarray) -> np.ndarray:
+def _best_nearby(sample: Points, column: int, grid: np.ndarray) -> np.ndarray:
     """Of the points nearest to each position (b,) the one of smallest chi2, (b, d)."""
     count = min(NEARBY, len(sample.chi2))
     distances = np.abs(sample.units[:, column] - grid[:, None])
@@ -226,66 +195,17 @@ def _best_nearby(sample: _Points, column: int, grid: np.ndarray) -> np.ndarray:
     return np.asarray(sample.units[nearby[np.arange(len(grid)), best]])
 
 
-def _descended(residuals: Residuals, starts: np.ndarray, fixed: np.ndarray) -> _Points:
-    """Levenberg-Marquardt descent of all starts (b, d) at once inside the unit box.
-
-    fixed : (b, d), which coordinates are held.
-    """
-    units, found, damping = starts, residuals(starts), np.full(len(starts), 1e-3)
-    for _ in range(ROUNDS):
-        trial = np.clip(units + _step(residuals, units, found, damping, fixed), 0, 1)
-        tried = residuals(trial)
-        better = (tried**2).sum(axis=1) < (found**2).sum(axis=1)
-        units = np.where(better[:, None], trial, units)
-        found = np.where(better[:, None], tried, found)
-        damping = np.where(better, damping / 10, damping * 10)
-    return _Points(units, (found**2).sum(axis=1))
-
-
-def _step(
-    residuals: Residuals,
-    units: np.ndarray,
-    found: np.ndarray,
-    damping: np.ndarray,
-    fixed: np.ndarray,
-) -> np.ndarray:
-    """Damped Gauss-Newton steps (b, d).
-
-    A coordinate at the wall that would leave the box is held for this step.
-    """
-    jacobian = _jacobian(residuals, units, found)
-    gradient = np.einsum("btd,bt->bd", jacobian, found)
-    held = fixed | ((units <= 0) & (gradient > 0)) | ((units >= 1) & (gradient < 0))
-    jacobian, gradient = np.where(held[:, None, :], 0, jacobian), np.where(held, 0, gradient)
-    curvature = np.einsum("btd,bte->bde", jacobian, jacobian)
-    ridge = damping * (np.trace(curvature, axis1=1, axis2=2) + 1e-12)
-    return -np.linalg.solve(
-        curvature + ridge[:, None, None] * np.eye(units.shape[1]), gradient[..., None]
-    )[..., 0]
-
-
-def _jacobian(residuals: Residuals, units: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """Forward differences (b, t, d), taken towards the inside of the box."""
-    count, dimensions = units.shape
-    steps = np.where(units < 0.5, STEP, -STEP)
-    moved = units[:, None, :] + steps[:, None, :] * np.eye(dimensions)
-    differences = (
-        residuals(moved.reshape(-1, dimensions)).reshape(count, dimensions, -1) - found[:, None, :]
-    )
-    return np.swapaxes(differences / steps[..., None], 1, 2)
-
-
-def _zoomed(curve: _Points, best: _Points, column: int, positions: int) -> np.ndarray:
+def _zoomed(curve: Points, best: Points, column: int, positions: int) -> np.ndarray:
     """Positions that resolve the 95 % interval found so far.
 
     They reach half its width beyond it on either side.
     """
-    low, high = _interval(_joined(curve, best), column, CHI2_95)
+    low, high = _interval(joined(curve, best), column, CHI2_95)
     margin = (high - low) / 2
     return np.linspace(max(0.0, low - margin), min(1.0, high + margin), positions)
 
 
-def _interval(curve: _Points, column: int, level: float) -> tuple[float, float]:
+def _interval(curve: Points, column: int, level: float) -> tuple[float, float]:
     """Hull of the positions whose chi2 exceeds the curve's smallest by no more than level.
 
     Between positions sqrt(chi2 - smallest) is taken as linear, which is exact for a linear model.
@@ -306,7 +226,7 @@ def _crossing(at: np.ndarray, root: np.ndarray, last: int, side: int, level: flo
 
 
 def _parameter_profile(
-    problem: Problem, curve: _Points, best: _Points, column: int, refused: bool
+    problem: Problem, curve: Points, best: Points, column: int, refused: bool
 ) -> ParameterProfile:
     """The profile of one parameter in its unit."""
     parameter = problem.parameters[column]
@@ -330,7 +250,7 @@ def _parameter_profile(
     )
 
 
-def _walked(residuals: Residuals, start: _Points, rng: np.random.Generator) -> np.ndarray:
+def _walked(residuals: Residuals, start: Points, rng: np.random.Generator) -> np.ndarray:
     """Points (k, d) of the unit box distributed as exp(-chi2 / 2).
 
     They come from differential evolution Markov chains: each half of the walkers proposes steps

@@ -10,6 +10,7 @@ import numpy as np
 
 from calibrator.case.problem import Target
 from calibrator.case.vocabulary import RESPONSES as VOCABULARY
+from calibrator.case.vocabulary import parameters_of
 from tests.campaigns.answers.worlds import NEAR_ZERO, RESPONSES, MadeUp
 
 KINDS = ("consistent", "unreachable", "mis-scaled")
@@ -62,16 +63,31 @@ def measure(made: MadeUp, rng: np.random.Generator) -> Laboratory:
     own = [k for k in keys if k.split(".")[0] in setups]
     count = int(min(len(own), rng.integers(1, 11)))
     used = [str(k) for k in rng.permutation(own)[:count]]
+    used += _for_the_rest(made, used)
     if rng.random() < 0.15 and "hourglass" in setups:
         used.append(f"hourglass.{NEAR_ZERO}")
     for key in [k for k in used if k.endswith("residual_fraction")]:
         if rng.random() < 0.5:
             used.append(key.replace("fraction", "mass"))  # the same quantity once more
-    rows = [Row(_measured(made, key, rng), "calibrate") for key in used[:10]]
+    rows = [Row(_measured(made, key, rng), "calibrate") for key in used]
     rows = _repeats_agree(rows)
     rest = [str(k) for k in rng.permutation([k for k in keys if k not in used])]
     rows += [Row(_measured(made, k, rng), "held_out") for k in rest[: rng.integers(0, 3)]]
     return _spoiled(Laboratory(tuple(rows), "consistent"), made, rng)
+
+
+def _for_the_rest(made: MadeUp, used: list[str]) -> list[str]:
+    """A target of a set-up that has a parameter which those used so far have not.
+
+    A case that calibrates what no target's set-up has is refused.
+    """
+    more: list[str] = []
+    for p in made.parameters:
+        setups = {k.split(".")[0] for k in (*used, *more)}
+        if not any(p.name in parameters_of(s) for s in setups):
+            own = next(s for s in RESPONSES if p.name in parameters_of(s))
+            more.append(f"{own}.bulk_density")
+    return more
 
 
 def _measured(made: MadeUp, key: str, rng: np.random.Generator) -> Target:

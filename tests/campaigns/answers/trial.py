@@ -82,10 +82,10 @@ def trial(seed: int, folder: Path) -> Trial:
             if called is None or (called.status == 2 and verb != "check"):
                 break
             done.calls.append(called)
+            done.made = len(place.made)
             if verb == edit:
                 done.edited = _edited(done, verb, folder, rng)
                 break
-    done.made = len(place.made)
     results = folder / "results" / "made_up"
     if (results / "summary.json").exists():
         done.summary = json.loads((results / "summary.json").read_text(), parse_constant=_refuse)
