@@ -25,7 +25,13 @@ STARTS = 20  # points of the sample from which the global minimum is sought
 NEARBY = 64  # sample points around a position of which the best is a start
 WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
 
-BARRIER = 1000.0  # standard errors per unit of excess: the 95 % interval reaches 0.2 % beyond
+BARRIER = 1000.0
+"""Standard errors per unit by which a set breaks the constraints or is likely to fail.
+
+Such sets are not accepted however well the interpolant matches there: the measured material did
+what was measured, and an interpolant knows nothing of where no run ended well. The 95 % interval
+reaches 0.2 % beyond.
+"""
 
 
 def identify(
@@ -48,10 +54,6 @@ def identify(
     A Sobol sample of the box supplies the starts; at each of the positions of a parameter the
     others descend to the smallest chi2, first all over the range, then once more within the 95 %
     interval found. Random walkers that set out from the profiles then map the region that fits.
-
-    Sets that the constraints rule out, or whose runs are likely to fail, are not accepted however
-    well the interpolant matches there: the measured material did what was measured, and an
-    interpolant knows nothing of where no run ended well. Their chi2 rises steeply (see BARRIER).
 
     Parameters
     ----------
