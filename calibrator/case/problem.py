@@ -300,8 +300,11 @@ class Problem:
     def unscaled(self, points: np.ndarray) -> np.ndarray:
         """The inverse of `scaled`, for points (n, d) of the box."""
         points, logs = np.array(points, float), self._logs
-        inner = np.exp(points[:, logs])  # rounding must not carry it over a bound
-        points[:, logs] = np.clip(inner, self.low[logs], self.high[logs])
+        low, high = self.low[logs], self.high[logs]
+        inner = np.clip(np.exp(points[:, logs]), low, high)
+        # a bound is met exactly, whatever rounding makes of its logarithm
+        inner = np.where(points[:, logs] <= np.log(low), low, inner)
+        points[:, logs] = np.where(points[:, logs] >= np.log(high), high, inner)
         return points
 
     def values_at(self, shares: np.ndarray) -> np.ndarray:
