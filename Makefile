@@ -2,6 +2,8 @@
 # make paper  the reference paper's case: calibrate on the shipped runs, fill docs/paper_case.md   (AFRESH=1: verify on YADE anew)
 # make hidden a laboratory on YADE in which moisture is hidden, its diagnosis, and the score   (HIDE=none, soft_grains, ...)
 # make test   install what is missing, run all checks and tests   (make test-cluster: those of --engine slurm alone)
+# make test-debian13   a bare root of Debian 13 (root): make demo, the tests on the real YADE, and the Containerfile's steps, in it
+# make release   check version, changelog and tag, build and check wheel and source archive; uploads nothing
 # make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
 PYTHON ?= python3
 VENV := .venv
@@ -12,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
-.PHONY: demo paper hidden live test test-cluster lint lab yade slurm lock clean
+.PHONY: demo paper hidden live test test-cluster test-debian13 lint lab yade slurm release lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -41,6 +43,9 @@ test: yade slurm $(VENV)/.done-test lint
 test-cluster: yade slurm $(VENV)/.done-test
 	$(BIN)/python -m pytest -q -m cluster
 
+test-debian13:
+	sh delivery/debian.sh root trixie
+
 lint: $(VENV)/.done-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -57,7 +62,7 @@ yade:
 	if [ -n "$$missing" ]; then \
 	  sudo=$$([ $$(id -u) = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends \
-	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs Debian 12 or 13 and root or sudo" >&2; exit 1; }; \
+	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs root or sudo, and Debian 12 or 13 (tried: YADE 2023.02a and 2025.2.0); for a build of your own see README.md" >&2; exit 1; }; \
 	fi
 
 # For the tests of --engine slurm: a SLURM that they start and stop themselves. Without root or sudo they are skipped.
@@ -79,6 +84,9 @@ $(VENV)/.done-test: $(VENV)/.done requirements-test.lock
 	$(LOCKED) requirements-test.lock
 	touch $@
 
+release: $(VENV)/.done-test
+	$(BIN)/python -m delivery.release
+
 UV = .venv-lock/bin/uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
 lock:
 	$(PYTHON) -m venv .venv-lock && .venv-lock/bin/pip install -q uv
@@ -88,4 +96,4 @@ lock:
 	rm -r .venv-lock
 
 clean:
-	rm -rf $(VENV) results
+	rm -rf $(VENV) results dist

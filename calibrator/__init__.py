@@ -18,7 +18,9 @@ Rooms, from the ground; a room imports only from those above it in this list:
     search                  phase 2, the optimisation: calibrate
     diagnosis               the missing effect: preflight, diagnose
     verification            phase 3: verify, validate
+    foresight               what can be known to be wrong, or odd, before a run is made
     check, report, terminal what is said, before and after
+    demo                    the case that comes with the project
     cli, summary            the command line, and the schema of what it notes
 """
 

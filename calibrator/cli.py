@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import logging
+import shlex
 import signal
 import sys
 from dataclasses import dataclass
@@ -13,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from calibrator import __version__
 from calibrator.case.toml import read_case
+from calibrator.demo import lay_out
 from calibrator.errors import CalibratorError, one_line
 from calibrator.terminal import ProgressBar, say, say_json
 
@@ -25,12 +28,13 @@ class Verb:
     """A step of the workflow: what it does in words, and where the function is that does it.
 
     function : "module:name" below calibrator, imported only once the verb is called; makes_runs :
-    whether it drives YADE, and so has the folder of the results to itself and reports progress.
+    what it drives YADE for, in a word; it has the folder of the results to itself then and reports
+    progress. Empty where it makes none.
     """
 
     about: str
     function: str
-    makes_runs: bool = False
+    makes_runs: str = ""
 
     def __call__(self, space: Workspace, *more: Any) -> Any:
         """Carry the verb out; returns its outcome."""
@@ -39,22 +43,24 @@ class Verb:
         if not self.makes_runs:
             return verb(space, *more)
         with space.runs.alone():
-            return verb(space, ProgressBar(sys.stderr), *more)
+            return verb(space, ProgressBar(sys.stderr, self.makes_runs), *more)
 
 
 VERBS = {
     "check": Verb("find everything wrong with a case before a run is made", "check:check_case"),
     "plan": Verb("write the yade-batch tables and predict the cost", "plan.forecast:forecast"),
-    "run": Verb("carry out the plan on YADE; resumes", "plan.run:run_plan", True),
+    "run": Verb("carry out the plan on YADE; resumes", "plan.run:run_plan", "database"),
     "collect": Verb("gather finished runs into the response database", "plan.run:collect"),
     "calibrate": Verb(
         "interpolate, search the Pareto front, choose candidates", "search.calibrate:calibrate"
     ),
-    "verify": Verb("run YADE afresh at the candidates", "verification.verify:verify", True),
+    "verify": Verb(
+        "run YADE afresh at the candidates", "verification.verify:verify", "verification"
+    ),
     "validate": Verb(
         "predict measurements that were not used, on other set-ups",
         "verification.verify:validate",
-        True,
+        "validation",
     ),
     "report": Verb(
         "write one self-contained page with figures and tables", "report.page:write_report"
@@ -67,21 +73,32 @@ DIAGNOSIS = {
         "what these observables could say about a missing effect, and which further experiment"
         " would help",
         "diagnosis.preflight:preflight",
-        True,
+        "pre-flight",
     ),
     "diagnose": Verb(
         "find the gap, name the missing effect, show the gap shrink",
         "diagnosis.diagnose:diagnose",
-        True,
+        "diagnosis",
     ),
 }
 """The verbs of the search for a missing effect."""
 
 
+REMEDIES = {
+    errno.ENOSPC: "free space",
+    errno.EDQUOT: "free space",
+    errno.EACCES: "mend the permissions",
+    errno.EPERM: "mend the permissions, or give a place on another drive with --results",
+    errno.EROFS: "the drive is read-only, give a place on another one with --results",
+}
+"""What to do about an error of the operating system, by its number."""
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Entry point.
 
-    Returns the exit status: 0, 1 where a verification fails, 2 for bad input, 130 when interrupted.
+    Returns the exit status: 0, 1 where a verification fails, no run of the plan was good or none
+    can be made here, 2 for bad input or a plan given up, 130 when interrupted.
     """
     options = _parser().parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
@@ -94,8 +111,11 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         return 0
     except OSError as error:
-        remedy = "free space or mend the permissions, then run the same command again"
-        print(f"calibrator: {one_line(str(error))}: {remedy}", file=sys.stderr)
+        remedy = REMEDIES.get(error.errno or 0, "see to that place, or give another with --results")
+        print(
+            f"calibrator: {one_line(str(error))}: {remedy}, then run the same command again",
+            file=sys.stderr,
+        )
         return 2
     except KeyboardInterrupt:
         print(
@@ -136,7 +156,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     whole = Verb(f"{', '.join(VERBS)}, one after the other", "")
-    for name, verb in {**VERBS, "all": whole, **DIAGNOSIS}.items():
+    demo = Verb("copy the demo's sand into the present folder, and do `all` on it", "")
+    doctor = Verb("say what this machine has of what runs need, and what is missing", "")
+    both = {"doctor": doctor, "demo": demo}
+    for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
     return parser
@@ -144,7 +167,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
     """Add the options that a verb takes."""
-    own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)")
+    if verb != "demo":
+        number = "?" if verb == "doctor" else None
+        own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)", nargs=number)
     own.add_argument(
         "--results",
         type=_path,
@@ -161,6 +186,11 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
         "--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)"
     )
     own.add_argument(
+        "--json", action="store_true", help="print the outcome as JSON instead of words"
+    )
+    if verb == "doctor":
+        return
+    own.add_argument(
         "--fresh", action="store_true", help="ignore the shipped database: run everything here"
     )
     own.add_argument(
@@ -169,7 +199,9 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
         help="ignore shipped runs of verification and validation only",
     )
     own.add_argument(
-        "--json", action="store_true", help="print the outcome as JSON instead of words"
+        "--go-on",
+        action="store_true",
+        help="make all runs, although the first ones failed alike",
     )
     if verb in ("check", *DIAGNOSIS):
         own.add_argument(
@@ -205,11 +237,39 @@ def _workspace(options: argparse.Namespace) -> Workspace:
     if options.verify_afresh:
         case = case.without_shipped_verification()
     folder = options.results / (case.name + ("_fresh" if options.fresh else ""))
-    return Workspace(case, folder, options.fresh, options.engine, _given(options))
+    return Workspace(
+        case, folder, options.fresh, options.engine, _given(options), go_on=options.go_on
+    )
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    """Look at this machine; returns 1 where no run can be made on it."""
+    from calibrator.runs.machine import examine
+
+    named = read_case(options.case, options.site).run.yade if options.case else ""
+    found = examine(options.results, options.engine, named)
+    if options.json:
+        say_json(found)
+    else:
+        say("doctor: " + "\n".join(found.lines()))
+    return 0 if found.good else 1
+
+
+def _lay_out_demo(options: argparse.Namespace) -> None:
+    """Copy the demo's files, say so, and let the options ask for the whole way on its case."""
+    options.case, written = lay_out(Path())
+    options.verb = "all"
+    if not options.json:
+        say("demo: " + (f"wrote {', '.join(written)}" if written else "its files are here already"))
+        say(f"  what follows is the verb all on {options.case}; a sand of your own starts from it")
 
 
 def _do(options: argparse.Namespace) -> int:
     """Carry out what was asked for; returns the exit status."""
+    if options.verb == "doctor":
+        return _doctor(options)
+    if options.verb == "demo":
+        _lay_out_demo(options)
     space = _workspace(options)
     if options.verb in DIAGNOSIS:
         return _diagnose(options, space)
@@ -220,12 +280,16 @@ def _do(options: argparse.Namespace) -> int:
         if not options.json:
             say(f"{verb}: " + "\n".join(outcome.lines()))
         # a missed validation is a finding, not a failure
-        good = good and (verb != "verify" or outcome.passed)
+        good = good and (verb not in ("run", "verify") or outcome.passed)
     if options.json:
         say_json(outcomes if options.verb == "all" else outcomes[options.verb])
     elif options.verb != "all" and verbs[0] != "report":
         after = list(VERBS)[list(VERBS).index(verbs[0]) + 1]
-        say(f"next: {space.command(after)}")
+        # a calibration reads the case's own lab file; a pre-flight takes another one, too
+        if lab := getattr(options, "lab", None):
+            say(f"next: {space.command('preflight')} {shlex.join(['--lab', str(lab)])}")
+        else:
+            say(f"next: {space.command(after)}")
     return 0 if good else 1
 
 

@@ -22,6 +22,16 @@ MEGABYTE = 2**20
 LARGEST_INTEGER = 10**300  # what is larger cannot become a float
 
 
+def beside(name: str) -> Path:
+    """A folder of the project that is no Python package: yade_scripts, grid or cases.
+
+    It lies below the package once that is installed, and beside it in a checkout.
+    """
+    package = Path(__file__).resolve().parent
+    installed = package / name
+    return installed if installed.is_dir() else package.parent / name
+
+
 def read_text(path: Path, megabytes: float = 256, links: bool = True) -> str:
     """The text of a file, without the mark that some editors put before UTF-8.
 

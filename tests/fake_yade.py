@@ -3,9 +3,9 @@
 It honours the contract. Responses are a formula with seeded scatter, so that a whole calibration
 has a known answer. What a run does instead is written in misbehave.json of the working folder,
 {"<seed>": what} with what = "crash", "segfault", "memory", "hang", "hang once", "lie", "half",
-"clog" or "nothing"; "all" stands for every seed. With {"once": true} each seed does so the first
-time only. {"duration": seconds} makes runs last, {"yade": version} is what records say, and
-{"clock": seconds} moves the clock while a run is under way.
+"clog", "unstable", "busy", "killed" or "nothing"; "all" stands for every seed. With {"once": true}
+each seed does so the first time only. {"duration": seconds} makes runs last, {"yade": version} is
+what records say, and {"clock": seconds} moves the clock while a run is under way.
 """
 
 import ast
@@ -59,7 +59,13 @@ def responses_of(setup: str, p: dict) -> dict[str, float]:
 
 
 def run_line() -> None:
-    """What `yade -n -x script.py` does with the table line in YADE_BATCH."""
+    """What `yade -n -x script.py` does with the table line in YADE_BATCH.
+
+    Without one it is asked what it is (calibrator/runs/machine.py).
+    """
+    if "YADE_BATCH" not in os.environ:
+        print("calibrator asks: " + json.dumps(["fake", "3.11", ["MADE_UP"], ""]))
+        return
     setup, run_id, given = _table_line()
     what = trouble(run_id, given["seed"])
     behave(setup, run_id, contract.checked(setup, given), what)
@@ -67,8 +73,9 @@ def run_line() -> None:
 
 def run_real_line(yade: str) -> None:
     """The same on the real YADE, apart from the runs that are to go wrong before it starts."""
-    _, run_id, given = _table_line()
-    trouble(run_id, given["seed"])
+    if "YADE_BATCH" in os.environ:
+        _, run_id, given = _table_line()
+        trouble(run_id, given["seed"])
     os.execv(yade, [yade, *sys.argv[1:]])
 
 
@@ -103,6 +110,10 @@ def trouble(run_id: str, seed: int) -> str:
         sys.exit("fake crash")
     if what == "segfault":
         os.kill(os.getpid(), signal.SIGSEGV)
+    if what == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    while what == "busy":
+        pass
     if what == "memory":
         block = b"x" * 600_000_000
         time.sleep(3600 if block else 0)
@@ -138,6 +149,8 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
         record["parameters"] = {**p, "rolling_friction": p["rolling_friction"] + 1e-9}
     if what == "clog":
         record.update(status="clogged", responses={"bulk_density": responses["bulk_density"]})
+    if what == "unstable":
+        record.update(status="unstable", responses={}, error=f"a grain moves at {scatter.random()}")
     if what == "half":
         os.makedirs("records", exist_ok=True)
         Path("records", run_id + ".json").write_text(json.dumps(record)[:100])

@@ -6,15 +6,17 @@ from pathlib import Path
 
 import pytest
 
+from calibrator.cli import DIAGNOSIS, VERBS, _parser, main
+
 REPO = Path(__file__).resolve().parent.parent
 DOCUMENTS = sorted(
     [*REPO.glob("*.md"), *(REPO / "docs").glob("*.md"), *(REPO / "grid").glob("*.md")]
 )
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
-COMMAND = re.compile(r"python -m ((?:benchmarks|tests\.campaigns)[\w.]*)")
+COMMAND = re.compile(r"python -m ((?:benchmarks|delivery|tests\.campaigns)[\w.]*)")
 # a path in backquotes or bare, of what tests and benchmarks have
 PLACE = re.compile(
-    r"(?<![\w/.])((?:tests|benchmarks|calibrator|yade_scripts|grid|cases)/[\w./<>*-]*\w)"
+    r"(?<![\w/.])((?:tests|benchmarks|delivery|calibrator|yade_scripts|grid|cases)/[\w./<>*-]*\w)"
 )
 
 
@@ -80,3 +82,25 @@ def test_every_place_of_the_repository_that_is_named_exists(document):
     for place in PLACE.findall(document.read_text()):
         pattern = re.sub(r"<[\w-]+>", "*", place)  # benchmarks/results/<name>.json
         assert list(REPO.glob(pattern)), f"{place}: no such file or folder"
+
+
+def test_the_options_of_the_commands_are_those_that_the_page_names():
+    """Also which verbs take the options that not all take, and every exit status."""
+    page = (REPO / "docs" / "case_file.md").read_text()
+    (section,) = re.findall(r"^## Options of the commands\n(.*)", page, re.M | re.S)
+    (verbs,) = (a for a in _parser()._actions if a.dest == "verb")
+    taken = {
+        verb: {s for a in own._actions for s in a.option_strings if s.startswith("--")} - {"--help"}
+        for verb, own in verbs.choices.items()
+    }
+    assert set(re.findall(r"--[a-z][a-z-]+", section)) == set.union(*taken.values())
+    for option, named_verbs in re.findall(r"`(--\w+)(?: FILE)?` \(([a-z, ]+)\)", section):
+        assert {v for v, own in taken.items() if option in own} == set(named_verbs.split(", "))
+    statuses = re.findall(r"^\| (\d+) \|", section, re.M)
+    assert statuses == re.findall(r"\b\d+\b", main.__doc__)
+
+
+def test_the_verbs_are_those_that_the_readme_names():
+    text = (REPO / "README.md").read_text()
+    named_verbs = re.findall(r"^    calibrator (\w+) my_sand.toml", text, re.M)
+    assert named_verbs == [*VERBS, "all", *DIAGNOSIS]

@@ -11,8 +11,8 @@ FLOORS = [
     ["responses"],
     ["plan"],
     ["search", "diagnosis"],
-    ["verification"],
-    ["check", "report", "terminal"],
+    ["verification", "foresight"],
+    ["check", "demo", "report", "terminal"],
     ["cli", "summary"],
 ]
 GROUND = {"errors", "files", "threads"}  # single modules that everything may use
@@ -20,8 +20,8 @@ FENCED = {
     "pymoo": {"search.nsga2"},
     "moocore": {"search.nsga2"},
     "matplotlib": {"report.figures"},
-    "subprocess": {"runs.local", "runs.slurm"},
-    "sklearn": {"responses.gaussian_process", "responses.success"},
+    "subprocess": {"runs.local", "runs.slurm", "runs.programs"},
+    "sklearn": {"responses.gaussian_process", "responses.kernel", "responses.success"},
     "threadpoolctl": {"threads"},
     "pandas": {"runs.database"},
 }

@@ -14,6 +14,7 @@ import pytest
 from calibrator.runs import local
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
+from calibrator.runs.programs import Build
 from calibrator.runs.request import Request
 from tests.conftest import processes_in
 
@@ -81,7 +82,7 @@ def test_without_unshare_the_driver_says_in_one_line_what_can_be_reached(
         (tmp_path / program).symlink_to(shutil.which("true"))
     monkeypatch.setenv("PATH", str(tmp_path))
     with caplog.at_level(logging.WARNING):
-        assert local.yade_batch_command() == ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
+        assert local.yade_batch_command(Build()) == ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
     (record,) = caplog.records
     assert "status page" in record.getMessage() and "\n" not in record.getMessage()
 
@@ -93,5 +94,5 @@ def test_with_a_namespace_the_batch_is_started_inside_it_and_nothing_is_said(
         (tmp_path / program).symlink_to(shutil.which("true"))
     monkeypatch.setenv("PATH", str(tmp_path))
     with caplog.at_level(logging.WARNING):
-        assert local.yade_batch_command()[:3] == ["unshare", "--map-root-user", "--net"]
+        assert local.yade_batch_command(Build())[:3] == ["unshare", "--map-root-user", "--net"]
     assert not caplog.records

@@ -1,59 +1,60 @@
 """docs/case_file.md names every key of a case file, with its default."""
 
-import dataclasses
 import re
+import subprocess
+import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from calibrator.case.lab import WITH_CONDITION
-from calibrator.case.problem import Parameter, Target
-from calibrator.case.toml import SECTIONS
+from calibrator.case.reference import keys_of, renewed
+from calibrator.case.toml import KEYS, SECTIONS
+from calibrator.errors import CalibratorError
 
-PAGE = (Path(__file__).parents[1] / "docs" / "case_file.md").read_text()
-CLASSES = {
-    **{name: cls for name, cls in SECTIONS.items() if name != "cluster"},
-    "parameters": Parameter,
-    "targets": Target,
-}
-# headings, lab file
-NOT_KEYS = {
-    "parameters": {"name"},
-    "targets": {"setup", "response", "value", "scatter", "replicates"},
-}
+DOCS = Path(__file__).parents[1] / "docs"
+PAGE = (DOCS / "case_file.md").read_text()
 
 
-def rows(section):
-    """{key: default as printed} of the tables of a section of the page."""
-    parts = re.split("^## ", PAGE, flags=re.M)
-    (text,) = [part for part in parts if re.search(rf"`\[{section}[].]", part.splitlines()[0])]
-    cells = [line.split("|")[1:3] for line in text.splitlines() if line.startswith("| `")]
-    return {
-        key: default.strip() for names, default in cells for key in re.findall("`(.+?)`", names)
-    }
+def test_the_page_has_every_key_with_its_default():
+    assert renewed(PAGE) == PAGE, "call python -m calibrator.case.reference docs/case_file.md"
+    headings = "\n".join(line for line in PAGE.splitlines() if line.startswith("## "))
+    for section in {*SECTIONS, "parameters", "targets"} - {"cluster"}:
+        assert re.search(rf"`\[{section}[].]", headings), f"no section on [{section}]"
+    for key in KEYS:
+        assert re.search(rf"`{key}`|`\[{key}[].]", PAGE), f"nothing on {key}"
 
 
-@pytest.mark.parametrize("section", CLASSES)
-def test_the_page_has_every_key_with_its_default(section):
-    printed = rows(section)
-    fields = [
-        f for f in dataclasses.fields(CLASSES[section]) if f.name not in NOT_KEYS.get(section, ())
-    ]
-    assert set(printed) == {f.name for f in fields}
-    for f in fields:
-        own = printed[f.name]
-        if isinstance(f.default, tuple):
-            assert own == "all" or own == ", ".join(f.default)
-        elif f.default is dataclasses.MISSING:
-            assert own == ("required" if f.default_factory is dataclasses.MISSING else "none")
-        else:
-            assert own.split(" (")[0] == (
-                "none"
-                if f.default == ""
-                else f"{f.default:g}"
-                if isinstance(f.default, float)
-                else str(f.default).lower()
-            )
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("| `samples` | 5 |", "| `sample` | 5 |", "no key sample: take its row out"),
+        ("| `samples` | 5 |", "| samples | 5 |", "has a key samples: give it a row"),
+    ],
+)
+def test_a_key_too_many_or_too_few_is_refused(old, new, why):
+    assert old in PAGE
+    with pytest.raises(CalibratorError, match=why):
+        renewed(PAGE.replace(old, new))
+
+
+def test_the_command_writes_the_defaults_and_leaves_the_words(tmp_path):
+    path = tmp_path / "page.md"
+    path.write_text(PAGE.replace("| `samples` | 5 |", "| `samples` | 6 |"))
+    subprocess.run([sys.executable, "-m", "calibrator.case.reference", path], check=True)
+    assert path.read_text() == PAGE
+
+
+def test_the_example_of_the_cluster_page_has_the_defaults():
+    (block,) = re.findall(
+        r"^    \[cluster\]\n(?:    .+\n)+", (DOCS / "cluster.md").read_text(), re.M
+    )
+    example = tomllib.loads(re.sub("^    ", "", block, flags=re.M))["cluster"]
+    assert set(example) == SECTIONS["cluster"].__dataclass_fields__.keys() - {"shell"}
+    defaults = keys_of("cluster")
+    for key in ("slice_minutes", "most_tasks", "grace"):
+        assert defaults[key] == f"{example[key]:g}"
 
 
 def test_the_page_has_every_column_of_a_lab_file():

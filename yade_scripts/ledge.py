@@ -30,11 +30,7 @@ def simulate(p, diagnostics):
     The back wall is x = 0, the edge x = L.
     """
     radius, length, width = p["particle_radius"], p["box_length"], p["box_width"]
-    if width < 6 * radius:
-        raise contract.BadInput(
-            "box_width must be at least three grain diameters; widen the box or choose smaller"
-            " grains"
-        )
+    check(p)
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
     count = session.grains_for_volume(p, length * width * p["fill_height"])
@@ -68,6 +64,15 @@ def simulate(p, diagnostics):
     filled = wrapped(ids, offset, width)
     left = release(p, ids, flap, diagnostics, offset)
     return respond(p, (ids, filled), (left, wrapped(left, offset, width)), diagnostics)
+
+
+def check(p):
+    """Geometry that cannot work is an input error, not a crash."""
+    if p["box_width"] < 6 * p["particle_radius"]:
+        raise contract.BadInput(
+            "box_width must be at least three grain diameters; widen the box or choose smaller"
+            " grains"
+        )
 
 
 def wrapped(ids, offset, width):

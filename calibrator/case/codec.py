@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from calibrator.case.problem import known
-from calibrator.errors import CalibratorError, shown
+from calibrator.errors import CalibratorError, Mistakes, shown
 
 T = TypeVar("T")
 Table = dict[str, Any]
@@ -71,8 +71,8 @@ def finite(value: float) -> float | None:
 def build(cls: type[T], table: Any, where: str) -> T:
     """A dataclass made from a table of its fields.
 
-    Raises CalibratorError, with the key and what to write instead, for unknown or missing keys,
-    values of another type, and whatever the dataclass itself refuses.
+    Raises CalibratorError, with the key and what to write instead, for all unknown keys and values
+    of another type; else for missing keys, and for whatever the dataclass itself refuses.
 
     >>> @dataclasses.dataclass
     ... class Vessel:
@@ -84,11 +84,14 @@ def build(cls: type[T], table: Any, where: str) -> T:
     if not isinstance(table, dict):
         raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
     kinds: Table = _kinds(cls)  # type: ignore[arg-type]
-    values = {
-        key: typed(f"{where}.{key}", kinds[known(key, kinds, f"key in [{where}]")], value)
-        for key, value in table.items()
-        if key not in _derived(cls)
-    }
+    values, mistakes = {}, Mistakes()
+    for key, value in table.items():
+        if key in _derived(cls):
+            continue
+        with mistakes.noted():
+            kind = kinds[known(key, kinds, f"key in [{where}]")]
+            values[key] = typed(f"{where}.{key}", kind, value)
+    mistakes.raise_any()
     try:
         return cls(**values)
     except TypeError as error:

@@ -5,17 +5,16 @@ Beside it a case may name a table of the errors of the metrology that several ob
 
 from __future__ import annotations
 
-import csv
 import fnmatch
 import math
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+from calibrator.case.cells import read_rows, whole
 from calibrator.case.problem import LARGEST, Target, known
 from calibrator.case.vocabulary import EFFECTS, RESPONSES, SETUPS
-from calibrator.errors import CalibratorError, shown
-from calibrator.files import read_text
+from calibrator.errors import CalibratorError, Mistakes, shown
 
 COLUMNS = ("setup", "response", "value", "scatter", "replicates", "unit", "role")
 WITH_CONDITION = ("setup", "condition", *COLUMNS[1:])
@@ -52,8 +51,9 @@ class Observable:
         if not abs(self.value) <= LARGEST or not 0 <= self.scatter <= LARGEST:
             raise CalibratorError(
                 f"{self.key} = {self.value}, scatter {self.scatter}: give a finite value, and a"
-                " scatter of zero or more"
+                " scatter of zero or more, or leave the scatter empty"
             )
+        self._require_possible()
         if not 1 <= self.replicates <= 1_000_000:
             raise CalibratorError(
                 f"{self.key}: replicates = {shown(self.replicates)}; give 1 to 1000000"
@@ -65,6 +65,22 @@ class Observable:
             )
         if self.role == "calibrate" or (self.role == "held_out" and not self.condition):
             self.target()
+
+    def _require_possible(self) -> None:
+        """Raise CalibratorError for a value that the response cannot have."""
+        quantity = RESPONSES[self.response]
+        low = -LARGEST if quantity.low is None else quantity.low
+        high = LARGEST if quantity.high is None else quantity.high
+        if low <= self.value <= high:
+            return
+        hint = {
+            "deg": "has a decimal point slipped? ",
+            "1": "it is a share, divide per cents by 100; " if high == 1 else "",
+        }.get(quantity.unit, "")
+        bounds = f"{low:g} or more" if quantity.high is None else f"{low:g} to {high:g}"
+        raise CalibratorError(
+            f"{self.key} = {self.value:g}: {hint}give a value of {bounds} {quantity.unit}"
+        )
 
     @property
     def experiment(self) -> str:
@@ -114,14 +130,20 @@ def read_lab(path: Path) -> list[Observable]:
 
     Columns: setup, condition (may be left out where no row has one), response, value (mean),
     scatter (standard deviation of one replicate; empty = unknown), replicates, unit (must be the
-    vocabulary's), role (calibrate, held_out or diagnose). Raises CalibratorError with the line
-    number and the remedy.
+    vocabulary's), role (calibrate, held_out or diagnose). Raises CalibratorError with the number of
+    every line that is wrong and the remedy.
     """
-    rows = _rows(path, "lab file", (COLUMNS, WITH_CONDITION))
-    observables = [_observable(where, cells) for where, cells in rows]
-    for key, count in Counter(one.key for one in observables).items():
-        if count > 1:
-            raise CalibratorError(f"{path}: {key} is given more than once; keep one row")
+    rows = read_rows(path, "lab file", COLUMNS, ("condition",))
+    observables, mistakes = [], Mistakes()
+    for where, cells in rows:
+        with mistakes.noted():
+            observables.append(_observable(where, cells))
+    mistakes.note(
+        f"{path}: {key} is given more than once; keep one row"
+        for key, count in Counter(one.key for one in observables).items()
+        if count > 1
+    )
+    mistakes.raise_any()
     return observables
 
 
@@ -130,51 +152,12 @@ def read_nuisances(path: Path, observables: list[Observable]) -> list[Nuisance]:
 
     Raises CalibratorError with line and remedy.
     """
-    return [
-        _nuisance(where, cells, observables)
-        for where, cells in _rows(path, "nuisance table", (NUISANCES,))
-    ]
-
-
-def _rows(
-    path: Path, what: str, headers: tuple[tuple[str, ...], ...]
-) -> list[tuple[str, dict[str, str]]]:
-    """(place, cells by column) of every row of a CSV with one of these headers."""
-    try:
-        lines = read_text(path, 1).splitlines()
-    except FileNotFoundError:
-        raise CalibratorError(
-            f"no {what} {path}: create it with the columns {','.join(headers[0])}"
-        ) from None
-    except OSError as error:
-        raise CalibratorError(f"cannot read {path} ({error}): save it as UTF-8 text") from None
-    numbered = [
-        (i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")
-    ]
-    header = tuple(numbered[0][1].split(",")) if numbered else ()
-    if header not in headers:
-        raise CalibratorError(
-            f"{path}: the header must be {','.join(headers[0])}; correct the first line"
-        )
-    return [
-        (f"{path} line {i}", _cells(f"{path} line {i}", line, header)) for i, line in numbered[1:]
-    ]
-
-
-def _cells(where: str, line: str, header: tuple[str, ...]) -> dict[str, str]:
-    """The cells of one line by column."""
-    try:
-        # line by line: an open quotation mark must not swallow the next row
-        (cells,) = csv.reader([line], strict=True)
-    except csv.Error as error:
-        raise CalibratorError(
-            f"{where}: {error}; write plain words and numbers between commas"
-        ) from None
-    if len(cells) != len(header):
-        raise CalibratorError(
-            f"{where}: {len(cells)} cells instead of {len(header)}; fill in {','.join(header)}"
-        )
-    return dict(zip(header, (cell.strip() for cell in cells), strict=True))
+    found, mistakes = [], Mistakes()
+    for where, cells in read_rows(path, "nuisance table", NUISANCES):
+        with mistakes.noted():
+            found.append(_nuisance(where, cells, observables))
+    mistakes.raise_any()
+    return found
 
 
 def _observable(where: str, row: dict[str, str]) -> Observable:
@@ -185,17 +168,12 @@ def _observable(where: str, row: dict[str, str]) -> Observable:
             f"{where}: {row['response']} in {row['unit']!r}; convert it to {quantity.unit}"
         )
     try:
-        value, scatter, replicates = (
-            float(row["value"]),
-            float(row["scatter"] or 0.0),
-            int(row["replicates"] or 1),
-        )
         return Observable(
             row["setup"],
             row["response"],
-            value,
-            scatter,
-            replicates,
+            float(row["value"]),
+            float(row["scatter"] or 0.0),
+            whole(row["replicates"] or "1"),
             row["role"],
             row.get("condition", ""),
         )

@@ -15,7 +15,7 @@ import numpy as np
 
 from calibrator.case.constraints import Constraint, require_room
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
-from calibrator.errors import CalibratorError, shown
+from calibrator.errors import CalibratorError, Mistakes, shown
 
 Value = float | int | str
 LARGEST, SMALLEST = 1e30, 1e-30
@@ -97,25 +97,32 @@ class Parameter:
             raise CalibratorError(
                 f"{self.name} is not a number that can be calibrated: move it to [fixed]"
             )
+        if self.low == self.high:
+            raise CalibratorError(
+                f"{self.name}: low and high are both {self.low:g}; give a wider interval, or move"
+                " it to [fixed]"
+            )
         if not self.low < self.high:
             raise CalibratorError(
-                f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap or"
-                " correct them"
+                f"{self.name}: low = {self.low:g} is not below high = {self.high:g}; swap them"
             )
+        mistakes = Mistakes()
         if not 2 <= self.samples <= 1000:
-            raise CalibratorError(f"{self.name}: samples = {self.samples}; give 2 to 1000")
+            mistakes.note([f"{self.name}: samples = {self.samples}; give 2 to 1000"])
         if not 1 <= self.bits <= 32:
-            raise CalibratorError(f"{self.name}: bits = {self.bits}; give 1 to 32")
-        known(self.scale, ("linear", "log"), f"scale of {self.name}")
+            mistakes.note([f"{self.name}: bits = {self.bits}; give 1 to 32"])
+        with mistakes.noted():
+            known(self.scale, ("linear", "log"), f"scale of {self.name}")
         if self.scale == "log" and self.low <= 0:
-            raise CalibratorError(
-                f"{self.name}: a log scale needs low above zero, it is {self.low:g}"
+            mistakes.note([f"{self.name}: a log scale needs low above zero, it is {self.low:g}"])
+        elif self.scale == "log" and self.high / self.low > WIDEST_LOG_SCALE:
+            mistakes.note(
+                [
+                    f"{self.name}: high is {self.high / self.low:.1g} times low; narrow the bounds"
+                    " of a log scale"
+                ]
             )
-        if self.scale == "log" and self.high / self.low > WIDEST_LOG_SCALE:
-            raise CalibratorError(
-                f"{self.name}: high is {self.high / self.low:.1g} times low; narrow the bounds of a"
-                " log scale"
-            )
+        mistakes.raise_any()
 
     def values_at(self, shares: np.ndarray) -> np.ndarray:
         """Values at shares 0 to 1 of the way from low to high on its scale, the shape of shares.
@@ -227,27 +234,34 @@ class Problem:
     constraints: tuple[Constraint, ...] = ()
 
     def __post_init__(self) -> None:
+        mistakes = Mistakes()
         if not self.parameters:
-            raise CalibratorError(
-                "nothing to calibrate: add a [parameters.<name>] table with low and high"
+            mistakes.note(
+                ["nothing to calibrate: add a [parameters.<name>] table with low and high"]
             )
         if not self.targets:
-            raise CalibratorError("no target: give the measured file a row with role calibrate")
+            mistakes.note(["no target: give the measured file a row with role calibrate"])
+        elif all(t.weight == 0 for t in self.targets):
+            mistakes.note(
+                ["every target has weight 0, and would be reported only: give one of them a weight"]
+            )
         names = [p.name for p in self.parameters]
         keys = [t.key for t in (*self.targets, *self.held_out)]
         for what in (names, keys):
             twice = [x for x in what if what.count(x) > 1]
-            if twice:
-                raise CalibratorError(f"{twice[0]} is given twice: keep one of them")
-        clash = sorted(set(names) & set(self.fixed))
-        if clash:
-            raise CalibratorError(
-                f"{clash[0]} is both calibrated and fixed: remove it from one of the two"
-            )
+            mistakes.note(f"{x} is given twice: keep one of them" for x in twice)
+        mistakes.note(
+            f"{name} is both calibrated and fixed: remove it from one of the two"
+            for name in names
+            if name in self.fixed
+        )
         for setup, own in self.setups.items():
             # it would silently win over every set's own value
-            for name in sorted(own.keys() & {*names, "seed"}):
-                raise CalibratorError(f"setups.{setup}.{name} is what the plan sets: remove it")
+            mistakes.note(
+                f"setups.{setup}.{name} is what the plan sets: remove it"
+                for name in sorted(own.keys() & {*names, "seed"})
+            )
+        mistakes.raise_any()
         require_room(
             self.constraints, lambda shares: self.excess(self.values_at(shares)), len(names)
         )

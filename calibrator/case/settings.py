@@ -11,7 +11,7 @@ from typing import Any
 
 from calibrator.case.problem import Value, is_number, known
 from calibrator.case.vocabulary import EFFECTS
-from calibrator.errors import CalibratorError, shown
+from calibrator.errors import CalibratorError, Mistakes, shown
 
 MOST_RUNS = 1_000_000  # of a plan; a slip of the pen is refused before it fills the memory
 ADAPTIVE_REPLICATED = 2  # sets of an adaptive design's start: enough to pool the seed noise from
@@ -37,17 +37,21 @@ class Plan:
     seed: int = 1000
 
     def __post_init__(self) -> None:
-        known(self.design, ("grid", "sobol", "adaptive"), "plan.design")
-        require_within(
-            "plan",
-            self,
-            sets=(1, MOST_RUNS),
-            replicates=(1, MOST_RUNS),
-            replicated_sets=(0, MOST_RUNS),
-        )
-        # Above the largest seed, those of substitutes and of the adaptive design would meet those
-        # of the plan.
-        require_within("plan", self, most_runs=(1, MOST_RUNS), seed=(0, 30_000_000))
+        mistakes = Mistakes()
+        with mistakes.noted():
+            known(self.design, ("grid", "sobol", "adaptive"), "plan.design")
+        with mistakes.noted():
+            require_within(
+                "plan",
+                self,
+                sets=(1, MOST_RUNS),
+                replicates=(1, MOST_RUNS),
+                replicated_sets=(0, MOST_RUNS),
+                most_runs=(1, MOST_RUNS),
+                # above it, those of substitutes and of the adaptive design would meet the plan's
+                seed=(0, 30_000_000),
+            )
+        mistakes.raise_any()
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,9 @@ class Search:
             generations=(1, 10**6),
             repeats=(1, 1000),
             seed=(0, 10**9),
+            crossover=(0, 1),
+            mutation=(0, 1),
         )
-        require_within("search", self, crossover=(0, 1), mutation=(0, 1))
         if self.population * self.generations * self.repeats > MOST_EVALUATIONS:
             raise CalibratorError(
                 f"search: population x generations x repeats is more than {MOST_EVALUATIONS:,},"
@@ -105,17 +110,20 @@ class Replicates:
     """Fresh seeds for verification or validation.
 
     replicates : for the compromise; spread_replicates : for each spread individual; seed : the
-    first one. shipped names a database of such runs, for a published verification that others
-    follow without simulating; runs that it lacks are made, and `--fresh` ignores it. The
-    calibration itself never sees these runs.
+    first one; most_failed : share of a set-up's runs beyond which a candidate is no recommendation
+    whatever the others give, as it would fail its user as often. shipped names a database of such
+    runs, for a published verification that others follow without simulating; runs that it lacks are
+    made, and `--fresh` ignores it. The calibration itself never sees these runs.
     """
 
     replicates: int = 5
     seed: int = 500_000
     spread_replicates: int = 2
+    most_failed: float = 0.5
     shipped: str = ""
 
     def __post_init__(self) -> None:
+        require_within("verify/validate", self, most_failed=(0, 1))
         require_within(
             "verify/validate",
             self,
@@ -138,16 +146,26 @@ class Validation(Replicates):
 class Running:
     """How runs are carried out.
 
-    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails;
-    budget_core_hours stops a plan that is too large; shipped : a database to start from.
+    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails, or takes ten
+    times its predicted CPU time; budget_core_hours [h] : what one command may spend, asked before
+    each batch of runs; shipped : a database to start from; yade : the build of YADE, as a name on
+    the PATH or an absolute path, whose own yade-batch is called as it with "-batch" behind. A case
+    may come from anybody: what it names must be called yade-something.
     """
 
     jobs: int = 0
     attempts: int = 2
     budget_core_hours: float = 24.0
     shipped: str = ""
+    yade: str = ""
 
     def __post_init__(self) -> None:
+        _matches(
+            "run.yade",
+            self.yade,
+            r"(/[A-Za-z0-9_.+-]+)*/?yade[A-Za-z0-9_.+-]*",
+            "a name such as yadedaily, or an absolute path such as /opt/yade/bin/yade-trunk",
+        )
         require_within(
             "run", self, jobs=(0, 10_000), attempts=(1, 100), budget_core_hours=(0, 1e12)
         )
@@ -279,21 +297,23 @@ class Diagnosis:
             replicates=(1, 99),
             effect_sets=(4, 1000),
             verify_replicates=(2, 99),
+            # above it, those of fingerprints and confirming runs would be more than YADE takes
+            seed=(0, 1_500_000_000),
+            budget_core_hours=(0, 1e12),
         )
-        # Above the largest seed, those of fingerprints and confirming runs would be more than YADE
-        # takes.
-        require_within("diagnosis", self, seed=(0, 1_500_000_000), budget_core_hours=(0, 1e12))
 
 
 def require_within(section: str, settings: Any, **bounds: tuple[float, float]) -> None:
-    """Raise CalibratorError unless these numbers lie within their bounds.
+    """Raise CalibratorError for all of these numbers that lie outside their bounds.
 
     section : of the case file, for the message; bounds : the smallest and the largest value of each
     attribute of the settings.
     """
+    mistakes = Mistakes()
     for name, (low, high) in bounds.items():
         value = getattr(settings, name)
         if not is_number(value) or value < low:
-            raise CalibratorError(f"{section}.{name} = {shown(value)}: give {low} or more")
-        if value > high:
-            raise CalibratorError(f"{section}.{name} = {shown(value)}: give {high:g} or less")
+            mistakes.note([f"{section}.{name} = {shown(value)}: give {low} or more"])
+        elif value > high:
+            mistakes.note([f"{section}.{name} = {shown(value)}: give {high:g} or less"])
+    mistakes.raise_any()

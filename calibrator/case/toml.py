@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,7 +26,7 @@ from calibrator.case.settings import (
     Validation,
 )
 from calibrator.case.vocabulary import PARAMETERS, SETUPS, parameters_of
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, Mistakes
 from calibrator.files import named_file, read_text
 
 T = TypeVar("T")
@@ -57,58 +58,91 @@ KEYS = (
     *SECTIONS,
 )
 PLAIN_WORD = "[A-Za-z0-9_]{1,64}"
+TARGET_OPTIONS = ("weight", "tolerance")
 
 
 def read_case(path: str | Path, site: Path | None = None, lab: Path | None = None) -> Case:
     """Read and check a case file, and the [cluster] table of a site file.
 
-    lab : lab file to read instead of the case's own. Raises CalibratorError with the offending key
-    and what to write instead.
+    lab : lab file to read instead of the case's own. Raises CalibratorError with every key that is
+    wrong and what to write instead, those of the lab file included, as far as they do not depend on
+    each other.
     """
-    path = Path(path)
-    tables = _tables(path, site)
-    settings: Table = {
-        key: build(cls, tables[key], key) for key, cls in SECTIONS.items() if key in tables
-    }
-    truth = _truth(path, tables["truth_file"]) if "truth_file" in tables else {}
-    about = typed("about", str, tables.get("about", ""))
-    measured = lab or _measured(tables, path)
-    observables, conditions = read_lab(measured), _conditions(tables)
-    for one in observables:
-        _require_own_condition(one, conditions)
-    nuisances = _nuisances(settings.get("diagnosis", Diagnosis()), path, observables)
-    return Case(
-        tables["name"],
-        path,
-        _problem(tables, observables),
-        about=about,
-        truth=truth,
-        measured=measured,
-        observables=tuple(observables),
-        conditions=conditions,
-        nuisances=nuisances,
-        **settings,
-    )
-
-
-def _tables(path: Path, site: Path | None) -> Table:
-    """The tables of a case file, all of which are known, with the site's [cluster] and a name."""
-    tables = _load(path)
-    if "shell" in _table(tables.get("cluster", {}), "cluster"):  # a case may come from anybody
-        raise CalibratorError(
-            "cluster.shell in a case file: move it to a site file of your own, given with --site"
-        )
+    path, mistakes = Path(path), Mistakes()
+    tables, settings = _load(path), Table()
+    _note_unknown(tables, mistakes)
     if site is not None:
-        tables["cluster"] = _with_site(tables.get("cluster", {}), site)
+        with mistakes.noted():
+            tables["cluster"] = _with_site(_table(tables.get("cluster", {}), "cluster"), site)
+    for key, cls in SECTIONS.items():
+        if key in tables:
+            with mistakes.noted():
+                settings[key] = build(cls, tables[key], key)
+    own: Table = {}
+    for part, read in (
+        ("parameters", _parameters),
+        ("fixed", _fixed),
+        ("setups", _setups),
+        ("conditions", _conditions),
+        ("about", lambda tables: typed("about", str, tables.get("about", ""))),
+        ("truth", lambda tables: _truth(path, tables)),
+        ("measured", lambda tables: lab or _measured(tables, path)),
+    ):
+        with mistakes.noted():
+            own[part] = read(tables)
+    if "parameters" in own and "fixed" in own:
+        with mistakes.noted():
+            names = [p.name for p in own["parameters"]]
+            own["constraints"] = _constraints(tables, names, own["fixed"])
+    if "measured" in own:
+        with mistakes.noted():
+            own.update(_measurements(own["measured"], tables, own, settings, path))
+    mistakes.raise_any()
+    targets = own.pop("targets")
+    problem = Problem(
+        own.pop("parameters"),
+        targets=tuple(t for role, t in targets if role == "calibrate"),
+        held_out=tuple(t for role, t in targets if role == "held_out"),
+        fixed=own.pop("fixed"),
+        setups=own.pop("setups"),
+        constraints=own.pop("constraints"),
+    )
+    return Case(tables["name"], path, problem, **own, **settings)
+
+
+def _note_unknown(tables: Table, mistakes: Mistakes) -> None:
+    """Note keys that no case has, a name that is none, and shell text."""
     for key in tables:
-        known(key, KEYS, "key in the case file")
-    name = tables.get("name")
+        with mistakes.noted():
+            known(key, KEYS, "key in the case file")
+    name, cluster = tables.get("name"), tables.get("cluster")
     if not isinstance(name, str) or not re.fullmatch(PLAIN_WORD, name):
-        raise CalibratorError(
-            'name is missing or not a plain word: add name = "my_sand" (at most 64 of A-Z, a-z, 0-9'
-            " and _)"
+        mistakes.note(
+            [
+                'name is missing or not a plain word: add name = "my_sand" (at most 64 of A-Z, a-z,'
+                " 0-9 and _)"
+            ]
         )
-    return tables
+    if isinstance(cluster, dict) and "shell" in cluster:  # a case may come from anybody
+        mistakes.note(
+            ["cluster.shell in a case file: move it to a site file of your own, given with --site"]
+        )
+
+
+def _measurements(measured: Path, tables: Table, own: Table, settings: Table, path: Path) -> Table:
+    """What the lab file says, and what the case says of its rows."""
+    rows, mistakes = read_lab(measured), Mistakes()
+    found: Table = {"observables": tuple(rows)}
+    if "conditions" in own:
+        for one in rows:
+            with mistakes.noted():
+                _require_own_condition(one, own["conditions"])
+    with mistakes.noted():
+        found["targets"] = _targets(tables, rows)
+    with mistakes.noted():
+        found["nuisances"] = _nuisances(settings.get("diagnosis", Diagnosis()), path, rows)
+    mistakes.raise_any()
+    return found
 
 
 def _require_own_condition(one: Observable, conditions: dict[str, Condition]) -> None:
@@ -179,22 +213,29 @@ def _measured(tables: Table, path: Path) -> Path:
 
 def _conditions(tables: Table) -> dict[str, Condition]:
     """The case's conditions by name."""
-    conditions = {}
+    conditions, mistakes = {}, Mistakes()
     for name, spec in _table(tables.get("conditions", {}), "conditions").items():
         where = f"conditions.{name}"
         if not re.fullmatch(PLAIN_WORD, name):
-            raise CalibratorError(f"{where}: the name is not a plain word; use A-Z, a-z, 0-9 and _")
-        values = dict(_table(spec, where))
-        setup = known(values.pop("setup", ""), SETUPS, f"set-up of {where}")
-        own = {n: q for n, q in parameters_of(setup).items() if n != "seed"}
-        conditions[name] = Condition(
-            setup,
-            {
-                known(n, own, f"parameter of {where}"): checked_value(n, v)
-                for n, v in values.items()
-            },
-        )
+            mistakes.note([f"{where}: the name is not a plain word; use A-Z, a-z, 0-9 and _"])
+        with mistakes.noted():
+            values = dict(_table(spec, where))
+            setup = known(values.pop("setup", ""), SETUPS, f"set-up of {where}")
+            own = [n for n in parameters_of(setup) if n != "seed"]
+            conditions[name] = Condition(setup, _values(values, where, own))
+    mistakes.raise_any()
     return conditions
+
+
+def _values(given: Table, where: str, names: Iterable[str] = PARAMETERS) -> dict[str, Value]:
+    """The values of a table of parameters, each of which is one of these names."""
+    found, mistakes, names = {}, Mistakes(), list(names)
+    for name, value in _table(given, where).items():
+        with mistakes.noted():
+            own = known(name, names, f"parameter in [{where}]")
+            found[own] = checked_value(name, value)
+    mistakes.raise_any()
+    return found
 
 
 def _nuisances(
@@ -208,26 +249,24 @@ def _nuisances(
     )
 
 
-def _problem(tables: Table, observables: list[Observable]) -> Problem:
-    """Parameters, targets and fixed values."""
-    parameters = tuple(
-        _parameter(name, spec)
-        for name, spec in _table(tables.get("parameters", {}), "parameters").items()
-    )
-    fixed = {n: checked_value(n, v) for n, v in _table(tables.get("fixed", {}), "fixed").items()}
+def _parameters(tables: Table) -> tuple[Parameter, ...]:
+    """What is to be calibrated."""
+    found, mistakes = [], Mistakes()
+    for name, spec in _table(tables.get("parameters", {}), "parameters").items():
+        with mistakes.noted():
+            found.append(_parameter(name, spec))
+    mistakes.raise_any()
+    return tuple(found)
+
+
+def _fixed(tables: Table) -> dict[str, Value]:
+    """The values of all set-ups."""
+    fixed = _values(tables.get("fixed", {}), "fixed")
     if "seed" in fixed:
         raise CalibratorError(
             "seed cannot be fixed: replicates need different seeds; set plan.seed instead"
         )
-    targets = _targets(tables, observables)
-    return Problem(
-        parameters,
-        targets=tuple(t for role, t in targets if role == "calibrate"),
-        held_out=tuple(t for role, t in targets if role == "held_out"),
-        fixed=fixed,
-        setups=_setups(tables),
-        constraints=_constraints(tables, [p.name for p in parameters], fixed),
-    )
+    return fixed
 
 
 def _constraints(
@@ -249,13 +288,12 @@ def _parameter(name: str, spec: Any) -> Parameter:
 
 def _setups(tables: Table) -> dict[str, dict[str, Value]]:
     """The values that single set-ups have of their own."""
-    setups: dict[str, dict[str, Value]] = {}
+    setups, mistakes = {}, Mistakes()
     for setup, spec in _table(tables.get("setups", {}), "setups").items():
-        own = parameters_of(known(setup, SETUPS, "set-up"))
-        setups[setup] = {
-            known(n, own, f"parameter of {setup}"): checked_value(n, v)
-            for n, v in _table(spec, f"setups.{setup}").items()
-        }
+        with mistakes.noted():
+            own = parameters_of(known(setup, SETUPS, "set-up"))
+            setups[setup] = _values(spec, f"setups.{setup}", own)
+    mistakes.raise_any()
     return setups
 
 
@@ -272,34 +310,34 @@ def _targets(tables: Table, observables: list[Observable]) -> list[tuple[str, Ta
     [targets."setup.response"] may set weight and tolerance.
     """
     options = _table(tables.get("targets", {}), "targets")
-    rows = [
-        (one.role, one.target())
-        for one in observables
-        if one.role != "diagnose" and not one.condition
-    ]
-    targets = []
-    for role, target in rows:
-        extra = {
-            k: typed(
-                f"targets.{target.key}.{known(k, ('weight', 'tolerance'), 'target option')}",
-                float,
-                v,
-            )
-            for k, v in _table(options.get(target.key, {}), f"targets.{target.key}").items()
-        }
-        targets.append((role, dataclasses.replace(target, **extra)))
+    keys, targets, mistakes = [o.key for o in observables], [], Mistakes()
     for key in options:
-        known(key, [o.key for o in observables], "target")
+        with mistakes.noted():
+            known(key, keys, "target")
+    for one in observables:
+        if one.role == "diagnose" or one.condition:
+            continue
+        where = f"targets.{one.key}"
+        with mistakes.noted():
+            extra = {
+                k: typed(f"{where}.{known(k, TARGET_OPTIONS, 'target option')}", float, v)
+                for k, v in _table(options.get(one.key, {}), where).items()
+            }
+            targets.append((one.role, dataclasses.replace(one.target(), **extra)))
+    mistakes.raise_any()
     return targets
 
 
-def _truth(path: Path, name: Any) -> dict[str, float]:
-    """The parameters behind a synthetic lab.
+def _truth(path: Path, tables: Table) -> dict[str, float]:
+    """The parameters behind a synthetic lab; empty where the case names none.
 
     They are read only to print how far the calibration is from them.
     """
-    tables = _load(named_file(path, typed("truth_file", str, name), "truth_file"))
-    for key in tables:
+    if "truth_file" not in tables:
+        return {}
+    name = typed("truth_file", str, tables["truth_file"])
+    truth = _load(named_file(path, name, "truth_file"))
+    for key in truth:
         known(key, ("parameters",), "table in the truth file")
-    given = _table(tables.get("parameters", {}), "parameters").items()
+    given = _table(truth.get("parameters", {}), "parameters").items()
     return {n: typed(f"{name}: {n}", float, checked_value(n, v)) for n, v in given}

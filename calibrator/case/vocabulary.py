@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "yade_scripts"
+from calibrator.files import beside
+
+SCRIPTS = beside("yade_scripts")
 _CONTRACT = json.loads((SCRIPTS / "contract.json").read_text())
 SCHEMA: int = _CONTRACT["schema"]
 SETUPS: tuple[str, ...] = tuple(_CONTRACT["setups"])
@@ -40,8 +41,10 @@ class Effect:
 class Quantity:
     """A parameter or a response: its name, symbol, SI unit, meaning and the set-ups that know it.
 
-    default, low, high and choices are None for responses (choices also for numbers); effect is None
-    for all that is not the switch of one. A request does not mention an effect, or an optional
+    default and choices are None for responses (choices also for numbers); low and high of a
+    response are what is physically possible, None where nothing bounds it; repeats names the
+    response of the same run that it is a function of; effect is None for all that is not the switch
+    of one. A request does not mention an effect, or an optional
     parameter, that is at its default, so that it stays the same run when such are added.
     """
 
@@ -56,6 +59,7 @@ class Quantity:
     choices: tuple[str, ...] | None = None
     effect: Effect | None = None
     optional: bool = False
+    repeats: str | None = None
 
     @property
     def unmentioned(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -55,7 +56,9 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> Di
     runs = confirm(space, scene, verdict, yes, report)
     found = _found(space, scene, verdict, runs, rng)
     new_case = _new_case(space, scene, verdict) if found.verdict == NAMED else ""
-    return space.note("diagnose", replace(found, sentence=sentence(found), new_case=new_case))
+    following = space.command("run", Path(new_case)) if new_case else ""
+    said = replace(found, sentence=sentence(found), new_case=new_case, following=following)
+    return space.note("diagnose", said)
 
 
 def _untested(

@@ -98,13 +98,19 @@ def degrees_left(case: Case) -> int:
     return sum(o.role != "held_out" for o in case.observables) - len(case.problem.names)
 
 
+def wanted(case: Case) -> bool:
+    """Whether the case asks for a diagnosis."""
+    diagnosed = any(o.role == "diagnose" for o in case.observables)
+    return bool(case.conditions or case.nuisances or diagnosed)
+
+
 def unmeasured(case: Case) -> list[str]:
     """What the lab file lacks for a diagnosis, a sentence each.
 
     None where the case asks for no diagnosis.
     """
     rows, parameters = case.observables, len(case.problem.names)
-    if not case.conditions and not case.nuisances and all(o.role != "diagnose" for o in rows):
+    if not wanted(case):
         return []
     used, found = sum(o.role != "held_out" for o in rows), []
     if (lacks := parameters + FEWEST_DEGREES - used) > 0:

@@ -81,7 +81,7 @@ def _copied(source: Path, target: Path) -> str:
 def _head(case: Case, effect: Effect, gone: list[str]) -> list[str]:
     called = effect_of(effect.name).called
     return [
-        f"# The case {case.name} with {called}, which `calibrator diagnose` named.",
+        f"# The case {case.name} with {called}, which a diagnosis named.",
         f"# Added: [parameters.{effect.name}].",
         *(f"# Taken out: {place}." for place in gone),
     ]

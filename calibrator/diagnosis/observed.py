@@ -181,6 +181,15 @@ def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarra
     return np.asarray(np.maximum(np.sqrt(pooled), own))
 
 
+def require_effect(nuisance: Nuisance, effects: Sequence[str]) -> None:
+    """Raise CalibratorError for a nuisance that is a small effect, but none of these."""
+    if nuisance.effect and nuisance.effect not in effects:
+        raise CalibratorError(
+            f"nuisance {nuisance.name} is a small {nuisance.effect}, which diagnosis.effects"
+            " lacks: add it there"
+        )
+
+
 def _nuisance_column(
     nuisance: Nuisance,
     observables: Sequence[Observable],
@@ -189,11 +198,7 @@ def _nuisance_column(
 ) -> np.ndarray:
     if nuisance.effect:
         names = [e.name for e in effects]
-        if nuisance.effect not in names:
-            raise CalibratorError(
-                f"nuisance {nuisance.name} is a small {nuisance.effect}, which diagnosis.effects"
-                " lacks: add it there"
-            )
+        require_effect(nuisance, names)
         index = names.index(nuisance.effect)
         return np.asarray(slopes[:, index] * nuisance.error / effects[index].scale)
     sizes = [abs(o.value) / 100 if nuisance.unit == "%" else 1.0 for o in observables]

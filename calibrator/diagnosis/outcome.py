@@ -253,7 +253,8 @@ class Diagnosis:
     locations : experiments that disagree with the others, the worst first.
     explanations : those run on YADE, the model as it is first, then the named one.
     fingerprints, ghosts, powers : of the effects.
-    new_case : path of the case with the named effect, "" where there is none.
+    new_case : path of the case with the named effect, and following : the command that runs it; ""
+        where there is none.
     """
 
     verdict: str
@@ -273,6 +274,7 @@ class Diagnosis:
     ghosts: Ghosts | None = None
     powers: tuple[Power, ...] = ()
     new_case: str = ""
+    following: str = ""
 
     @property
     def explained(self) -> bool:
@@ -281,5 +283,5 @@ class Diagnosis:
 
     def lines(self) -> list[str]:
         """The diagnosis in words, one line each, with what to call next."""
-        following = [f"  next: calibrator run {self.new_case}"] if self.new_case else []
+        following = [f"  next: {self.following}"] if self.following else []
         return [self.sentence, *following, *(f"  note: {note}" for note in self.notes)]

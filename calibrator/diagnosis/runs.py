@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -19,13 +20,13 @@ from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 from calibrator.runs.workspace import (
+    Budget,
     Report,
     Workspace,
     carry_out,
     for_new_seeds,
     made_by,
     silent,
-    work_left,
 )
 
 
@@ -101,7 +102,7 @@ def prepare(
     part. Raises CalibratorError where the runs are too few, or beyond the budget unless `yes`.
     """
     case, plan = space.case, asked(space.case, observables)
-    _enough(len(case.problem.names), plan)
+    require_enough(case, plan)
     records = carried_out(space, plan.requests, yes, report)
     Database(records.values()).write(space.folder() / "diagnosis.csv", made_by(space, "diagnose"))
     own, changed = by_experiment(records, plan.plain), by_experiment(records, plan.changes)
@@ -128,8 +129,14 @@ def prepare(
     )
 
 
-def _enough(parameters: int, plan: Asked) -> None:
-    """Raise CalibratorError where the runs are too few for the surfaces, before any is made."""
+def require_enough(case: Case, plan: Asked) -> None:
+    """Raise CalibratorError where the runs are too few for the surfaces, before any is made.
+
+    So also for a nuisance that none of the effects stands for.
+    """
+    parameters, names = len(case.problem.names), [e.name for e in plan.effects]
+    for nuisance in case.nuisances:
+        observed.require_effect(nuisance, names)
     for e, own, changed in zip(plan.experiments, plan.plain, plan.changes, strict=True):
         if len(own) < (least := fewest_runs(parameters, 0)):
             raise CalibratorError(
@@ -151,14 +158,10 @@ def carried_out(
     Raises CalibratorError where they are beyond the budget, unless `yes`.
     """
     space = for_new_seeds(space, space.case.diagnosis)
-    missing, hours = work_left(space, requests)
-    if hours > space.case.diagnosis.budget_core_hours and not yes:
-        raise CalibratorError(
-            f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
-            f" diagnosis.budget_core_hours = {space.case.diagnosis.budget_core_hours:g}: call again"
-            " with --yes, raise that budget, or ask for fewer sets"
-        )
-    return {r.run_id: r for r in carry_out(space, requests, report)}
+    hours = math.inf if yes else space.case.diagnosis.budget_core_hours
+    remedy = "call again with --yes, raise that budget, or ask for fewer sets"
+    budget = Budget("diagnosis.budget_core_hours", hours, remedy)
+    return {r.run_id: r for r in carry_out(space, requests, report, budget)}
 
 
 def by_experiment(

@@ -30,20 +30,18 @@ from calibrator.runs.workspace import (
     made_by,
     silent,
     without,
-    work_left,
 )
 
 
 def run_plan(space: Workspace, report: Report = silent) -> Collection:
     """Carry out the plan, with one substitute for each clogged run.
 
-    Resumes; never repeats a finished run. Raises CalibratorError where that would take more than
+    Resumes; never repeats a finished run. Raises CalibratorError where a batch of them would exceed
     run.budget_core_hours.
     """
     if space.case.plan.design == "adaptive":
         return _run_adaptively(space, report)
     requests = plan_requests(space.case)
-    _within_budget(space, requests)
     records = carry_out(space, requests, report)
     carry_out(space, substitutes(records), report)
     records = database_records(space)
@@ -156,8 +154,12 @@ def _made(space: Workspace, records: Sequence[Record]) -> int:
 
 
 def proposed(space: Workspace) -> list[Request]:
-    """Every request that the adaptive design has made so far, from its log."""
-    return [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+    """Every request that the adaptive design has made so far, from its log.
+
+    Those of before a change of the case, or of another case of this name, are none of its.
+    """
+    made = [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
+    return [request for request in made if belongs(space.case, request)]
 
 
 def _proposal_lines(space: Workspace) -> list[str]:
@@ -199,17 +201,6 @@ def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Reque
     }
     lines = [*_proposal_lines(space), json.dumps(line)]
     write_text(space.folder() / "proposals.jsonl", "".join(f"{one}\n" for one in lines))
-
-
-def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
-    """Raise CalibratorError where these runs would take more than run.budget_core_hours."""
-    missing, hours = work_left(space, requests)
-    if hours > space.case.run.budget_core_hours:
-        raise CalibratorError(
-            f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
-            f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
-            " make the plan smaller"
-        )
 
 
 def database_records(space: Workspace) -> list[Record]:

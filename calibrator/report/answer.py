@@ -19,9 +19,10 @@ from calibrator.report.words import (
     text,
     words,
 )
-from calibrator.responses.objectives import OBJECTIVES
+from calibrator.responses.objectives import OBJECTIVES, costly
 from calibrator.search.outcome import COMPROMISE
-from calibrator.search.parts import Candidate
+from calibrator.search.parts import Candidate, ParameterProfile
+from calibrator.verification.outcome import Verdict
 
 
 def answer(findings: Findings, album: Album) -> str:
@@ -48,9 +49,16 @@ def question(findings: Findings) -> str:
     held_out = listed([key_words(t.key) for t in problem.held_out])
     return text(
         f"Which {listed([words(n) for n in problem.names])} make YADE reproduce the measured "
-        f"{listed([key_words(t.key) for t in problem.targets])}, with the least computing time?"
+        f"{listed([key_words(t.key) for t in problem.targets if t.weight > 0])}"
+        + (", with the least computing time?" if _costs(findings) else "?")
         + (f" Held out to test the answer: {held_out}." if held_out else "")
     )
+
+
+def _costs(findings: Findings) -> bool:
+    """Whether the search weighed a cost against the error at all."""
+    case = findings.space.case
+    return costly(case.problem, case.search.objectives)
 
 
 def _targets_table(findings: Findings) -> str:
@@ -66,17 +74,19 @@ def _target_row(target: Target, role: str) -> list[str]:
         number(target.value),
         number(target.scatter or None),
         str(target.replicates),
-        number(target.weight),
+        number(target.weight) if target.weight else "0 (reported only)",
     ]
     return [heading(target), *numbers, percent(target.tolerance, False, 1), role]
 
 
 def _warnings(findings: Findings) -> list[str]:
-    """What must not be overlooked: targets out of reach."""
-    if not (alarms := findings.calibration.reachability.alarms):
-        return []
-    said = " ".join(spoken(findings, s) for s in alarms)
-    return [paragraph(text(f"The targets are out of reach. {said}"), "alarm")]
+    """What must not be overlooked: targets out of reach, and numbers that are not to be trusted."""
+    found = []
+    if alarms := findings.calibration.reachability.alarms:
+        said = " ".join(spoken(findings, s) for s in alarms)
+        found.append(paragraph(text(f"The targets are out of reach. {said}"), "alarm"))
+    doubts = [spoken(findings, s) for s in findings.calibration.doubts]
+    return [*found, *(paragraph(text(said), "alarm") for said in doubts)]
 
 
 def _sentences(findings: Findings) -> str:
@@ -91,21 +101,20 @@ def _said_values(findings: Findings) -> str:
     chosen = findings.calibration.compromise.parameters
     said = []
     for profile in findings.calibration.identifiability.parameters:
-        quantity, (low, high) = PARAMETERS[profile.name], profile.interval_95
+        quantity = PARAMETERS[profile.name]
         said.append(
             f"<b>{text(words(quantity.name))} {text(amount(chosen[quantity.name], quantity))}</b> "
-            f"(95 %: {number(low, 3)} to {number(high, 3)})"
+            f"({_interval(profile)})"
         )
-    return f"Use {listed(said)}."
+    if findings.verification is not None and findings.verification.passed:
+        return f"Use {listed(said)}."
+    return f"The compromise is {listed(said)}, <b>not verified</b>."
 
 
 def _said_verified(findings: Findings) -> str:
     outcome = findings.verification
     if outcome is None:
-        return (
-            "This is a promise of the interpolant, <b>not verified yet</b>: run"
-            f" {findings.command('verify')}."
-        )
+        return f"It is a promise of the interpolant so far: run {findings.command('verify')}."
     verdict = outcome.candidates[COMPROMISE]
     runs = f"{verdict.good} of {verdict.total} fresh YADE runs"
     if not verdict.good:
@@ -113,10 +122,9 @@ def _said_verified(findings: Findings) -> str:
     if outcome.passed:
         which = f"{verdict.total} fresh YADE runs" if verdict.good == verdict.total else runs
         return f"<b>Verified:</b> the mean of {which} meets every target."
-    missed = [
-        key_words(key) + (" (not measured)" if key in verdict.unmeasured else "")
-        for key in verdict.missed
-    ]
+    if verdict.unreliable:
+        return f"<b>Not verified:</b> too many fresh runs failed ({text(verdict.endings)})."
+    missed = [key_words(key) + _why_missed(verdict, key) for key in verdict.missed]
     more = (
         "An adaptive design that starts from a copy of database.csv (run.shipped) adds runs where"
         " they decide."
@@ -124,27 +132,41 @@ def _said_verified(findings: Findings) -> str:
     return f"<b>Not verified:</b> fresh YADE runs miss {text(listed(missed))}. {more}"
 
 
+def _why_missed(verdict: Verdict, key: str) -> str:
+    """What the fresh runs lack where they do not simply miss; empty where they do."""
+    if key in verdict.unmeasured:
+        return " (not measured)"
+    return " (too uncertain to tell: more replicates)" if key in verdict.undecided else ""
+
+
 def _said_pinned(findings: Findings) -> str:
-    profiles = findings.calibration.identifiability.parameters
+    found = findings.calibration.identifiability
+    if found.refused:
+        return (
+            "<b>No interval can be given</b>: no parameter set agrees with all targets within the"
+            " errors of the measurements."
+        )
+    profiles = found.parameters
     loose = [words(p.name) for p in profiles if not p.pinned]
     if not loose:
         return "The measurements pin down every parameter."
     return (
-        f"The measurements <b>do not pin down</b> {text(listed(loose))}: other values are about as"
-        " good."
+        f"The measurements <b>do not pin down</b> {text(listed(loose))} from both sides: other"
+        " values are about as good."
     )
 
 
 def _said_outside(findings: Findings) -> str:
     """Which parameters of the compromise the measurements would refuse; empty for none.
 
-    A compromise may trade agreement for computing time.
+    A compromise may trade agreement for computing time, within the tolerances.
     """
     outside = findings.calibration.outside
     if not outside:
         return ""
     names = text(listed([words(name) for name in outside]))
-    return f"To save computing time the compromise leaves the 95 % interval of {names}."
+    why = "To save computing time the" if _costs(findings) else "The"
+    return f"{why} compromise leaves the 95 % interval of {names}."
 
 
 def _said_truth(findings: Findings) -> str:
@@ -172,7 +194,7 @@ def _parameters_table(findings: Findings) -> str:
         row = [
             text(words(profile.name)) + in_unit(PARAMETERS[profile.name]),
             number(chosen[profile.name]),
-            _range(*profile.interval_95),
+            text(_ends(profile)),
             number(profile.best),
             _range(profile.low, profile.high),
             mark(profile.pinned, "yes", "no"),
@@ -184,6 +206,22 @@ def _parameters_table(findings: Findings) -> str:
     return table("Calibrated parameters", head, rows, 1) + reason
 
 
+def _ends(profile: ParameterProfile) -> str:
+    """The 95 % interval, one-sided where a bound of the search ends it."""
+    low, high = profile.interval_95
+    if profile.refused:
+        return "none"
+    return {
+        (False, True): f"at least {number(low, 3)}",
+        (True, False): f"at most {number(high, 3)}",
+    }.get(profile.walled, _range(low, high))
+
+
+def _interval(profile: ParameterProfile) -> str:
+    """The same in a sentence."""
+    return "no interval" if profile.refused else f"95 %: {_ends(profile)}"
+
+
 def _range(low: float, high: float) -> str:
     return f"{number(low, 3)} to {number(high, 3)}"
 
@@ -191,8 +229,8 @@ def _range(low: float, high: float) -> str:
 def _reason(findings: Findings) -> str:
     return (
         f"How the compromise was chosen: {findings.calibration.compromise_reason}. Intervals"
-        " come from the profile likelihood; one that ends where the search ended is set by the"
-        " bounds, not by the measurements. The best fit ignores the computing time."
+        " come from the profile likelihood; one that ends where the search ended is one-sided, and"
+        " pins nothing down. The best fit ignores the computing time."
     )
 
 

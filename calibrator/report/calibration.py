@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from calibrator.case.vocabulary import PARAMETERS
@@ -52,7 +54,7 @@ def calibration(findings: Findings, album: Album) -> str:
 def _said_database(findings: Findings) -> str:
     good = sum(r.status == "ok" for r in findings.records)
     noise = ", ".join(
-        f"{key_words(k)} {amount(v, response(k), 2)}"
+        f"{key_words(k)} {'not known' if v is None else amount(v, response(k), 2)}"
         for k, v in findings.calibration.seed_noise.items()
     )
     return (
@@ -74,9 +76,10 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     problem, column = findings.space.case.problem, findings.interpolant.responses.index(key)
     index = [t.key for t in problem.targets].index(key)
     target = problem.targets[index]
-    noise = np.array([findings.interpolant.noise[column]])
+    known = findings.calibration.seed_noise.get(key)
+    noise = np.array([np.nan if known is None else known])
     replicates = findings.space.case.verify.replicates
-    band = float(bands([target], noise, replicates)[0])
+    band = float(bands([dataclasses.replace(target, weight=1.0)], noise, replicates)[0])
     seen = problem.seen_by(target.setup)
     own = [r for r in findings.records if r.request.setup == target.setup]
     success = Success.of_setup(problem, target.setup, own)
@@ -116,7 +119,7 @@ def _slice(findings: Findings, column: int, axis: int, success: Success) -> figu
         std[:, column],
         points[there, axis],
         values[there, column],
-        findings.interpolant.noise[column] / np.sqrt(counts[there, column]),
+        np.nan_to_num(findings.interpolant.noise[column]) / np.sqrt(counts[there, column]),
         np.exp(-distance / REACH),
         success.failed[:, axis],
         success.shortfall(line) > 0,

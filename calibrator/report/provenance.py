@@ -116,11 +116,11 @@ def _spent_on_plan(findings: Findings) -> str:
         rows = list(csv.DictReader(timings.splitlines()))
         spent = sum(float(row["filling_cpu"]) + float(row["release_cpu"]) for row in rows)
     except FileNotFoundError:
-        return "timings.csv is missing: run `calibrator collect`"
+        return f"timings.csv is missing: run `{findings.space.command('collect')}`"
     except (OSError, KeyError, TypeError, ValueError, csv.Error) as error:
         raise CalibratorError(
-            f"{findings.space.path}/timings.csv is damaged ({error}): run `calibrator collect`"
-            " again"
+            f"{findings.space.path}/timings.csv is damaged ({error}): run"
+            f" `{findings.space.command('collect')}` again"
         ) from None
     return f"{number(spent)} in {len(rows)} runs made here"
 

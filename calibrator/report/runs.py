@@ -93,8 +93,9 @@ def verification(findings: Findings, album: Album) -> str:
         _verification_table(findings, outcome),
         note(
             "Means of runs with new seeds ± one standard error, and (simulated − target) / target."
-            " None was used to calibrate. The band is the compromise's; that of fewer runs is"
-            " wider, where noise decides." + _shipped_note(outcome)
+            " A question mark: the mean is too uncertain to tell. None was used to"
+            " calibrate. The band is the compromise's; that of fewer runs is wider, where noise"
+            " decides." + _shipped_note(outcome)
         ),
         album.figure("verification", caption, lambda: figures.verification(rows)),
         _run_curves(findings, album),
@@ -117,7 +118,7 @@ def _verification_table(findings: Findings, outcome: Mapping[str, Verdict]) -> s
         rows.append([heading(target), _target_band(own[0]), *map(_simulated_cell, own)])
     rows.append(["O1", "", *(number(own.o1, 3) for own in verdicts)])
     rows.append(["good runs", "", *(f"{own.good} of {own.total}" for own in verdicts)])
-    rows.append(["verdict", "", *(mark(own.passed, "passed", "failed") for own in verdicts)])
+    rows.append(["verdict", "", *(mark(bool(own.passed), "passed", "failed") for own in verdicts)])
     caption = "Verification: simulated responses of compromise and individuals, and their errors"
     return table(caption, ["", "target ± band", *map(short, outcome)], rows, 2)
 
@@ -129,24 +130,28 @@ def _target_band(row: Comparison) -> str:
 
 def _simulated(row: Comparison) -> str:
     """The mean of the fresh runs with its standard error."""
-    if row.simulated is None or row.standard_error is None:
+    if row.simulated is None:
         return f"not measured by {row.attempted} runs"
+    if row.standard_error is None:
+        return f"{number(row.simulated)} ± unknown"
     return with_error(row.simulated, row.standard_error)
 
 
 def _simulated_cell(row: Comparison) -> str:
     """Simulated value, and under it the relative error and whether the target counts as met."""
-    kind, sign = ("yes", "✓") if row.passed else ("no", "✗")
+    kind, sign = ("yes", "✓") if row.passed else ("no", "?" if row.undecided else "✗")
+    if row.reported_only:
+        kind, sign = "small", "(reported only)"
     return f'{_simulated(row)}<br><span class="{kind}">{percent(row.relative_error)} {sign}</span>'
 
 
 def _deviations(outcome: Mapping[str, Verdict]) -> list[figures.Deviation]:
     """What is drawn: the responses that fresh runs measured."""
     return [
-        _deviation(label, row, row.relative_error, row.standard_error)
+        _deviation(label, row, row.relative_error, row.standard_error or 0.0)
         for label, own in outcome.items()
         for row in own.responses
-        if row.relative_error is not None and row.standard_error is not None
+        if row.relative_error is not None
     ]
 
 
@@ -203,8 +208,12 @@ def _validation_row(target: Target, row: Comparison) -> list[str]:
         _simulated(row),
         percent(row.relative_error),
         f"{row.runs} of {row.attempted}",
-        mark(row.passed),
+        "reported only" if row.reported_only else mark(row.passed, "met", _why_not(row)),
     ]
+
+
+def _why_not(row: Comparison) -> str:
+    return "cannot tell" if row.undecided else "missed"
 
 
 # Curves of single runs

@@ -9,6 +9,7 @@ import numpy as np
 from calibrator.case.case import Case
 from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
+from calibrator.responses.cautious import Cautious
 from calibrator.responses.coordinates import Changed, Coordinates
 from calibrator.responses.gaussian_process import GaussianProcess
 from calibrator.responses.interpolant import Interpolant, Learnt, average_replicates
@@ -92,10 +93,10 @@ def _fit_alike(
         inner = GaussianProcess.fit(
             inward, scaled, keys, change.bounds, noise, parameters=change.names, learnt=learnt
         )
-    if not change.changed:
-        return inner
-    distinct, means, _ = average_replicates(points, values)
-    return Changed(change, inner, distinct, means)
+    if change.changed:
+        distinct, means, _ = average_replicates(points, values)
+        inner = Changed(change, inner, distinct, means)
+    return Cautious.of(inner)
 
 
 def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> Interpolant:
@@ -109,7 +110,7 @@ def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> 
     points, values = response_table(case.problem, records, keys)
     if len(points) == 0:
         raise CalibratorError(
-            "the database has no good run: look at the failures that `calibrator collect` lists"
+            "the database has no good run: look at the failures that the verb collect lists"
         )
     settings = case.interpolation
     return fit_responses(

@@ -8,6 +8,7 @@ responses.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -15,6 +16,9 @@ from typing import Protocol
 import numpy as np
 
 from calibrator.errors import CalibratorError
+
+# Pooled seed noise with fewer degrees of freedom is uncertain by more than a factor of two.
+FEWEST_DEGREES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +75,15 @@ class Interpolant(Protocol):
         """Prediction of each distinct point without it and its expected scatter, both (p, m)."""
 
 
+def known_noise(interpolant: Interpolant) -> np.ndarray:
+    """Seed noise (m,) of a single run where replicates or the caller gave it, else NaN.
+
+    What a likelihood makes of single runs serves to smooth them; it is no measurement.
+    """
+    measured = np.isin(interpolant.noise_sources, ("given", "replicates"))
+    return np.where(measured, interpolant.noise, np.nan)
+
+
 def seed_noise(points: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Seed noise of each response, pooled over all points that were run more than once.
 
@@ -93,6 +106,27 @@ def seed_noise(points: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.n
         np.sqrt(np.divide(squares, degrees, out=np.full(len(degrees), np.nan), where=degrees > 0)),
         degrees,
     )
+
+
+def alike_seeds(points: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """How much of the seed noise any two responses share, (m, m): squared correlations, 0 to 1.
+
+    points (n, d), values (n, m) as in `seed_noise`. It is r^2 - (1 - r^2) / degrees of freedom,
+    which is zero on average where nothing is shared (Wherry, Ann. Math. Stat. 2 (1931) 440), and 0
+    where there are no replicates.
+    """
+    group, means, _ = _grouped(points, values, np.ones(len(points)))
+    left, m = values - means[group], values.shape[1]
+    shared = np.eye(m)
+    for i, j in itertools.combinations(range(m), 2):
+        both = np.isfinite(left[:, i] + left[:, j])
+        degrees = int(both.sum()) - len(np.unique(group[both]))
+        a, b = left[both, i], left[both, j]
+        power = float((a @ a) * (b @ b))
+        if degrees > 0 and power > 0:
+            r2 = float(a @ b) ** 2 / power
+            shared[i, j] = shared[j, i] = max(0.0, r2 - (1 - r2) / degrees)
+    return shared
 
 
 def average_replicates(

@@ -16,7 +16,13 @@ from scipy.interpolate import RegularGridInterpolator
 
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
-from calibrator.responses.interpolant import Learnt, TrainingRuns, checked_runs, common_source
+from calibrator.responses.interpolant import (
+    FEWEST_DEGREES,
+    Learnt,
+    TrainingRuns,
+    checked_runs,
+    common_source,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +39,8 @@ class Multilinear:
     points : (p, d) distinct grid points
     values : (p, m) mean responses
     counts : (p, m) runs behind each mean
-    noise : (m,) seed noise of a single run; zero where noise_sources says "none"
-    noise_sources : (m,) "given", "replicates" or "none" (no replicates)
+    noise : (m,) seed noise of a single run; NaN where noise_sources says "none"
+    noise_sources : (m,) "given", "replicates" or "none" (too few replicates)
     axes : d ascending sample arrays
     """
 
@@ -66,7 +72,8 @@ class Multilinear:
         points : (n, d) grid points, replicates repeated
         values : (n, m) responses
         names : m response keys
-        noise : (m,) known seed noise; measured from replicates where None
+        noise : (m,) known seed noise; where None pooled from replicates, if those give
+            FEWEST_DEGREES degrees of freedom
         counts : (n,) runs that each row averages, with noise only
         parameters : d names for messages
 
@@ -75,7 +82,7 @@ class Multilinear:
         CalibratorError : the points are not a full grid of two or more samples per axis, or a
             response is missing
         """
-        runs = checked_runs(points, values, names, noise, counts, parameters, 1)
+        runs = checked_runs(points, values, names, noise, counts, parameters, FEWEST_DEGREES)
         axes = tuple(np.unique(column) for column in runs.points.T)
         _require_full_grid(runs, axes)
         shape = (*(len(axis) for axis in axes), len(names))
@@ -83,14 +90,13 @@ class Multilinear:
         sources = tuple(
             "none" if source == "estimated" else source for source in runs.noise_sources
         )
-        known_noise = np.nan_to_num(runs.noise)
         return cls(
             runs.responses,
             runs.parameters,
             runs.points,
             runs.values,
             runs.counts,
-            known_noise,
+            runs.noise,
             sources,
             axes,
             interpolator,
@@ -118,8 +124,8 @@ class Multilinear:
 
     @property
     def _variance(self) -> np.ndarray:
-        """Variance of the mean response at each grid point, (p, m)."""
-        return np.asarray(self.noise**2 / self.counts)
+        """Variance of the mean response at each grid point, (p, m); 0 where it is not known."""
+        return np.asarray(np.nan_to_num(self.noise) ** 2 / self.counts)
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the grid."""

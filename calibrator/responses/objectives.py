@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from calibrator.responses.interpolant import Interpolant
 
 Function = Callable[[Problem, Columns, Responses], np.ndarray]
+_COSTS = ("time_cost", "rayleigh_cost")
 _COST_SIGNS = {"particle_radius": -1, "particle_density": -1, "young_modulus": 1}  # of Eq. (5)
 
 
@@ -62,6 +63,16 @@ def objective(name: str, *, symbol: str, about: str) -> Callable[[Function], Fun
         return function
 
     return register
+
+
+def costly(problem: Problem, names: Sequence[str]) -> bool:
+    """Whether any of the named objectives but the error differs between sets: it costs to choose.
+
+    The costs depend on grain size, density and Young's modulus alone; an objective that a user has
+    registered is taken to differ.
+    """
+    moving = bool(_COST_SIGNS.keys() & set(problem.names))
+    return any(name != "error" and (moving or name not in _COSTS) for name in names)
 
 
 def evaluation(

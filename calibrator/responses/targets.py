@@ -1,4 +1,7 @@
-"""Targets against responses: columns, errors, and what counts as met."""
+"""Targets against responses: columns, errors, and what counts as met.
+
+A target of weight 0 is reported and rules nothing: its error and its band are infinite here.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from calibrator.case.problem import Problem, Target
+from calibrator.case.vocabulary import RESPONSES
 from calibrator.errors import CalibratorError
 
 Responses = Mapping[str, np.ndarray]
@@ -33,16 +37,36 @@ def target_errors(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
     """Standard error of each target (t,), and the keys for which it had to be assumed.
 
     A target without scatter is taken to be known to half its tolerance, so that its tolerance is
-    two standard errors. Raises CalibratorError for a target with neither.
+    two standard errors. One of weight 0 has an infinite error: it says nothing. Raises
+    CalibratorError for a target with neither.
     """
-    assumed = tuple(target.key for target in problem.targets if target.standard_error == 0)
+    rules = ruling(problem.targets)
+    assumed = tuple(
+        t.key for t, rule in zip(problem.targets, rules, strict=True) if rule and not t.scatter
+    )
     errors = np.array([t.standard_error or t.tolerance * t.scale / 2 for t in problem.targets])
+    errors[~rules] = np.inf
     if not errors.all():
         key = problem.targets[int(np.argmin(errors))].key
         raise CalibratorError(
             f"target {key} has neither scatter nor tolerance: give at least one of them"
         )
     return errors, assumed
+
+
+def ruling(targets: Sequence[Target]) -> np.ndarray:
+    """Which targets (t,) have a weight; the others are reported only."""
+    return np.array([t.weight > 0 for t in targets], bool)
+
+
+def repeats(targets: Sequence[Target]) -> np.ndarray:
+    """Which targets (t, t) are one quantity by definition: ones there and on the diagonal, else 0.
+
+    Of one run the residual mass, the residual fraction and the equivalent angle are functions of
+    each other, so that three of them are one piece of evidence (`repeats` in the contract).
+    """
+    roots = [(t.setup, RESPONSES[t.response].repeats or t.response) for t in targets]
+    return np.array([[float(a == b) for b in roots] for a in roots])
 
 
 def relative_errors(problem: Problem, responses: Responses) -> np.ndarray:
@@ -61,7 +85,9 @@ def bands(targets: Sequence[Target], noise: np.ndarray, runs: int | np.ndarray) 
     Parameters
     ----------
     noise : (t,) seed noise of a single run in the response's unit; zero, or any number of runs
-        without end, for a response that is known without seed noise
+        without end, for a response that is known without seed noise. NaN where it is not known: the
+        laboratory's own scatter then stands in, so that the band never grows with that of the runs
+        that it judges
     runs : number of runs behind the mean, one for all or (t,)
 
     Examples
@@ -74,7 +100,14 @@ def bands(targets: Sequence[Target], noise: np.ndarray, runs: int | np.ndarray) 
     """
     tolerated = np.array([t.tolerance * t.scale for t in targets])
     measured = np.array([t.standard_error for t in targets])
-    return np.asarray(np.maximum(tolerated, 2 * np.hypot(measured, noise / np.sqrt(runs))))
+    one_run = standing_in(targets, noise)
+    found = np.maximum(tolerated, 2 * np.hypot(measured, one_run / np.sqrt(runs)))
+    return np.where(ruling(targets), found, np.inf)
+
+
+def standing_in(targets: Sequence[Target], noise: np.ndarray) -> np.ndarray:
+    """Seed noise (t,), and where it is NaN, not known, the scatter of one measurement instead."""
+    return np.where(np.isnan(noise), [t.scatter for t in targets], noise)
 
 
 def met(
@@ -82,12 +115,15 @@ def met(
 ) -> np.ndarray:
     """Whether mean responses (..., t) lie within the bands of their targets; NaN is missed.
 
+    A target of weight 0 is never missed, as it rules nothing.
+
     >>> flow = Target("hourglass", "mass_flow_rate", 0.5, tolerance=0.02)
     >>> met([flow], np.array([[0.495], [0.52], [np.nan]]), np.array([0.0]), 1).tolist()
     [[True], [False], [False]]
     """
     values = np.array([t.value for t in targets])
-    return np.asarray(np.abs(means - values) <= bands(targets, noise, runs))
+    near = np.abs(means - values) <= bands(targets, noise, runs)
+    return np.asarray(near | ~ruling(targets))
 
 
 def chances(
@@ -95,10 +131,10 @@ def chances(
 ) -> np.ndarray:
     """Logarithm (k,) of the probability that the mean of so many runs meets every target.
 
-    mean, error : (k, t) prediction and its standard deviation; noise : (t,) of one run. The
-    responses are taken as independent and normal.
+    mean, error : (k, t) prediction and its standard deviation; noise : (t,) of one run, NaN where
+    it is not known (see `bands`). The responses are taken as independent and normal.
     """
-    spread = np.hypot(error, noise / math.sqrt(runs))
+    spread = np.hypot(error, standing_in(targets, noise) / math.sqrt(runs))
     return log_within(targets, mean, spread, bands(targets, noise, runs))
 
 

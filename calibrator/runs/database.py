@@ -71,8 +71,8 @@ class Database:
             lines = read_text(path).splitlines(keepends=True)
         except OSError as error:
             raise CalibratorError(
-                f"cannot read the database {path} ({error}): correct the path or run `calibrator"
-                " collect`"
+                f"cannot read the database {path} ({error}): correct the path, or make it with the"
+                " verb collect"
             ) from None
         notes = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
         if (
@@ -82,7 +82,7 @@ class Database:
         ):
             raise CalibratorError(
                 f"{path} is not a response database of schema {SCHEMA}: make it anew with"
-                " `calibrator collect`"
+                " the verb collect"
             )
         rows = csv.reader(io.StringIO("".join(lines[notes:]), newline=""), strict=True)
         database, columns = cls(), None

@@ -10,6 +10,6 @@ from calibrator.runs.local import Local
 from calibrator.runs.slurm import Slurm
 
 ENGINES: dict[str, Callable[[Case], Engine]] = {
-    "local": lambda case: Local(case.run.jobs),
-    "slurm": lambda case: Slurm(case.cluster),
+    "local": lambda case: Local(case.run.jobs, case.run.yade),
+    "slurm": lambda case: Slurm(case.cluster, case.run.yade),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import errno
 import fcntl
 import json
 import logging
@@ -14,7 +15,7 @@ from typing import Any
 
 from calibrator.case.vocabulary import SCRIPTS
 from calibrator.errors import CalibratorError, one_line
-from calibrator.files import own_folder, parse_json, read_text, write_text
+from calibrator.files import own_folder, parse_json, read_text, write_bytes, write_text
 from calibrator.runs.record import InvalidRecord, Record, read_record
 from calibrator.runs.request import Request
 
@@ -26,6 +27,8 @@ A retry of the same request gives the same bits, so the other kinds would fail a
 """
 
 FOLDERS = ("records", "logs", "batches", "locks")
+NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS)
+"""What a drive without symbolic links answers."""
 ROOM = 2**20
 """Bytes that must fit into each folder: what a run of some ten thousand grains leaves."""
 
@@ -83,21 +86,25 @@ class RunFolder:
     def prepare(self) -> None:
         """Make the folders, and a link to the scripts.
 
-        The link keeps a path with blanks from yade-batch's shell. Raises CalibratorError where
-        something else stands in the way.
+        The link keeps a path with blanks from yade-batch's shell. Where the drive has no links, as
+        those of memory sticks and some network shares, there is a copy. Raises CalibratorError
+        where something else stands in the way.
         """
         own_folder(self.path)
         for name in FOLDERS:
             own_folder(self.path / name)
         link = self.path / "scripts"
-        if not link.exists() or link.resolve() != SCRIPTS:
+        if link.is_dir() and not link.is_symlink():
+            _copy_scripts(link)
+        elif link.resolve() != SCRIPTS or not link.exists():
+            link.unlink(missing_ok=True)
             try:
-                link.unlink(missing_ok=True)
-            except IsADirectoryError:
-                raise CalibratorError(
-                    f"{link} is a folder, and the link to YADE's scripts goes there: remove it"
-                ) from None
-            link.symlink_to(SCRIPTS, target_is_directory=True)
+                link.symlink_to(SCRIPTS, target_is_directory=True)
+            except OSError as error:
+                if error.errno not in NO_LINKS:
+                    raise
+                link.mkdir()
+                _copy_scripts(link)
 
     def check_room(self) -> None:
         """Raise OSError where a run could not leave its files.
@@ -129,6 +136,25 @@ class RunFolder:
                 # lose none
                 pass
             yield
+
+
+def _copy_scripts(folder: Path) -> None:
+    """Bring a folder's copy of the scripts up to date.
+
+    Raises CalibratorError where it holds something else.
+    """
+    own = {path.name: path.read_bytes() for path in SCRIPTS.iterdir() if path.is_file()}
+    if any(path.name not in {*own, "__pycache__"} for path in folder.iterdir()):
+        raise CalibratorError(
+            f"{folder} is a folder, and YADE's scripts go there: remove it, or give another place"
+            " with --results"
+        )
+    for name, raw in own.items():
+        path = folder / name
+        if path.is_symlink() or not path.exists() or path.read_bytes() != raw:
+            write_bytes(path, raw)
+        with contextlib.suppress(PermissionError):  # a drive without links may have no modes either
+            path.chmod((SCRIPTS / name).stat().st_mode)
 
 
 def _checked_failures(raw: Any) -> dict[str, Failure]:

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import time
 from collections.abc import Callable, Sequence
 
-from calibrator.errors import CalibratorError
 from calibrator.runs import engine
 from calibrator.runs.batch import (
     Batch,
     Progress,
     batch_arguments,
     clear,
+    cpu_limit,
     note_ended,
     time_limit,
 )
 from calibrator.runs.folder import RunFolder, log, refuse_link
+from calibrator.runs.programs import YADE_VARIABLE, Build, chosen, namespace
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, write_table
 
@@ -30,13 +30,15 @@ class Local(engine.Engine):
     Parameters
     ----------
     jobs : runs at a time; 0 takes every core that this process is allowed.
+    yade : the build of YADE that the case names; empty where it names none.
     """
 
     pause = 0.5
     advice = ""
     early_ends = 2  # a yade-batch that dies again and again is not started for ever
 
-    def __init__(self, jobs: int = 0) -> None:
+    def __init__(self, jobs: int = 0, yade: str = "") -> None:
+        self.build = chosen(yade)
         self.cores = self.jobs = jobs or len(os.sched_getaffinity(0))
         self.command: list[str] = []
         self.process: subprocess.Popen[bytes] | None = None
@@ -44,7 +46,7 @@ class Local(engine.Engine):
 
     def require(self) -> None:
         """Raise CalibratorError where YADE, or what yade-batch is called with, is missing."""
-        self.command = yade_batch_command()
+        self.command = yade_batch_command(self.build)
 
     def submit(self, folder: RunFolder, batch: Batch) -> None:
         """Start yade-batch over one table of all runs."""
@@ -56,13 +58,14 @@ class Local(engine.Engine):
         clear(folder, self.batch)
         name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
         write_table(folder.path / name, self.batch)
-        limit = time_limit(batch.cost, batch.patience(self.batch))
+        patience = batch.patience(self.batch)
+        limits = time_limit(batch.cost, patience), cpu_limit(batch.cost, patience)
         arguments = batch_arguments(name, self.batch, self.jobs)
         with open(refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
             self.process = subprocess.Popen(
                 [*self.command, *arguments],
                 cwd=folder.path,
-                env=clean_environment(limit),
+                env={**clean_environment(*limits), YADE_VARIABLE: self.build.yade},
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -85,6 +88,10 @@ class Local(engine.Engine):
             _kill_group(self.process)
         self.process = None
 
+    def give_up(self, folder: RunFolder, requests: Sequence[Request]) -> None:
+        """Start no further run: yade-batch alone starts them."""
+        self.end()
+
 
 def run(
     folder: RunFolder,
@@ -92,38 +99,29 @@ def run(
     jobs: int = 0,
     attempts: int = 2,
     report: Callable[[Progress], None] = lambda progress: None,
+    go_on: bool = False,
 ) -> list[Record]:
     """Carry out requests on this machine; see `engine.run`."""
-    return engine.run(Local(jobs), folder, requests, attempts, report)
+    return engine.run(Local(jobs), folder, requests, attempts, report, go_on)
 
 
-def yade_batch_command() -> list[str]:
+def yade_batch_command(build: Build) -> list[str]:
     """How yade-batch is called: never orphaned, and cut off from the network where possible.
 
     Raises CalibratorError where it, or a program that it needs, is missing.
     """
-    for program in ("yade-batch", "yade", "setpriv"):
-        if shutil.which(program) is None:
-            raise CalibratorError(
-                f"{program} is not installed: run `make yade` (apt-get install"
-                " --no-install-recommends yade)"
-            )
-    command = ["setpriv", "--pdeathsig", "KILL", "yade-batch"]
-    for namespace in (["unshare", "--map-root-user", "--net"], ["unshare", "--net"]):
-        if (
-            shutil.which("unshare")
-            and subprocess.run([*namespace, "true"], capture_output=True).returncode == 0
-        ):
-            return [*namespace, *command]
-    log.warning(
-        "no network namespace here: yade-batch's status page (port 9080+) can be reached from other"
-        " machines"
-    )
-    return command
+    build.require()
+    wall = namespace()
+    if not wall:
+        log.warning(
+            "no network namespace here: yade-batch's status page (port 9080+) can be reached from"
+            " other machines"
+        )
+    return [*wall, "setpriv", "--pdeathsig", "KILL", build.batch]
 
 
-def clean_environment(time_limit: float) -> dict[str, str]:
-    """The little that YADE needs.
+def clean_environment(time_limit: float, cpu_limit: float) -> dict[str, str]:
+    """The little that YADE needs, and the limits [s] of a run by the clock and of its CPU time.
 
     A virtual environment's PYTHONPATH, or OpenMP settings, would change or break its runs.
     """
@@ -138,6 +136,7 @@ def clean_environment(time_limit: float) -> dict[str, str]:
         "PYTHONUNBUFFERED": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
         "CALIBRATOR_TIME_LIMIT": f"{time_limit:.0f}",
+        "CALIBRATOR_CPU_LIMIT": f"{cpu_limit:.0f}",
     }
 
 

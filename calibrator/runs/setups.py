@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from calibrator.case.physics import GRAVITY, time_step
+from calibrator.case.vocabulary import EFFECTS, effect_of, parameters_of
 from calibrator.runs.request import Request
 
+FEWEST_GRAINS = 200
 NOMINAL_FRACTION = 0.57
 """Packing fraction of a filling, from which the scripts get the number of grains."""
 
@@ -61,6 +63,19 @@ def surface(across: str, label: str) -> Curve:
     )
 
 
+@dataclass(frozen=True)
+class Doubt:
+    """What is implausible in a geometry.
+
+    kind : of doubt, badness : by which the worst one of a kind is chosen, larger is worse; sentence
+    : says it with numbers, and what to do.
+    """
+
+    kind: str
+    badness: float
+    sentence: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Setup:
     """What is known of a set-up.
@@ -76,7 +91,9 @@ class Setup:
     mirrored : whether the profile is scanned over the radius, and pictures show it on both sides.
     history : what happens over time, None where nothing is recorded.
     cut : whether pictures leave out the grains in front of the axis, so that a crater can be seen.
-    preconditions : what the geometry of a request does not meet, a sentence each.
+    across : widths of the vessel, and how many grain diameters they should have at least.
+    impossible : what the set-up's script refuses in a geometry, in the script's own words.
+    doubts : of a geometry that the script takes.
     """
 
     name: str
@@ -88,7 +105,9 @@ class Setup:
     mirrored: bool = False
     history: Curve | None = None
     cut: bool = False
-    preconditions: Callable[[Numbers], list[str]] = lambda p: []
+    across: Mapping[str, float] = field(default_factory=dict)
+    impossible: Callable[[Numbers], list[str]] = lambda p: []
+    doubts: Callable[[Numbers], list[Doubt]] = lambda p: []
 
     @property
     def curves(self) -> tuple[Curve, ...]:
@@ -97,8 +116,9 @@ class Setup:
 
 
 def numbers(request: Request) -> Numbers:
-    """The parameters of a request that are numbers."""
-    return {n: float(v) for n, v in request.parameters.items() if not isinstance(v, str)}
+    """The parameters of a request that are numbers, effects that are off among them."""
+    values = {n: request.value(n) for n in parameters_of(request.setup)}
+    return {n: float(v) for n, v in values.items() if not isinstance(v, str)}
 
 
 def particles(request: Request) -> int:
@@ -120,9 +140,45 @@ def steps(request: Request) -> int:
     return round(min((filling + entry.release(p) + settling) / time_step(p), 1e18))
 
 
-def geometry_warnings(request: Request) -> list[str]:
-    """What the geometry of a request does not meet, a sentence each."""
-    return SETUP_ENTRIES[request.setup].preconditions(numbers(request))
+def impossible(setup: str, p: Numbers) -> list[str]:
+    """Why a set-up's script would refuse these parameters or fail at once, a sentence each."""
+    entry, grain = SETUP_ENTRIES[setup], 2 * p["particle_radius"]
+    found = entry.impossible(p)
+    site = grain * (math.pi / (6 * p["cloud_fraction"])) ** (1 / 3)
+    if min((p[name] for name in entry.across), default=math.inf) <= site and not found:
+        found.append("no grain fits into the vessel: widen it or choose smaller grains")
+    on = [name for name in EFFECTS if name in p and p[name] != EFFECTS[name].default]
+    return found + [
+        f"{name} and {other} cannot be combined: set one of them to its default"
+        for name in on
+        for other in effect_of(name).excludes
+        if other in on
+    ]
+
+
+def doubts(setup: str, p: Numbers) -> list[Doubt]:
+    """What is implausible in a geometry."""
+    entry, grain = SETUP_ENTRIES[setup], 2 * p["particle_radius"]
+    found = [
+        Doubt(
+            name,
+            -p[name],
+            f"{name} = {p[name]:g} m is {p[name] / grain:.1f} grain diameters, below {least:g}:"
+            " so few order themselves, and single runs scatter; widen it or choose smaller grains",
+        )
+        for name, least in entry.across.items()
+        if p[name] < least * grain * (1 - 1e-9)
+    ]
+    if (count := entry.particles(p)) < FEWEST_GRAINS:
+        found.append(
+            Doubt(
+                "grains",
+                -count,
+                f"a run has {max(1, round(count))} grains, below {FEWEST_GRAINS}: single grains"
+                " decide its responses; fill in more, or choose smaller grains",
+            )
+        )
+    return found + entry.doubts(p)
 
 
 def _grain(p: Numbers) -> float:
@@ -163,13 +219,68 @@ def _hourglass_outline(p: Numbers, top: float) -> tuple[Outline, Outline]:
     return (left, right, np.array([[-neck, 0], [neck, 0]])), (left, right)
 
 
-def _narrow_neck(p: Numbers) -> list[str]:
-    ratio = p["neck_diameter"] / (2 * p["particle_radius"])
-    if ratio >= 6:
+def _impossible_hourglass(p: Numbers) -> list[str]:
+    grain, neck = 2 * p["particle_radius"], p["neck_diameter"] + p["neck_error"]
+    if neck >= p["cylinder_diameter"] - grain:
+        return [
+            "neck_diameter must be smaller than cylinder_diameter by more than a grain diameter"
+        ]
+    if neck <= grain:
+        return ["neck_diameter is below a grain diameter: nothing can pass; widen the neck"]
+    return []
+
+
+def _doubtful_hourglass(p: Numbers) -> list[Doubt]:
+    """A neck that clogs, and a fill that is gone before it flows steadily."""
+    neck, found = p["neck_diameter"], []
+    ratio = neck / (2 * p["particle_radius"])
+    if ratio < 6 * (1 - 1e-9):
+        words = f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it"
+        found.append(Doubt("neck", -ratio, f"{words} or expect clogged runs"))
+    if (seconds := _discharge(p)) > p["longest_time"]:
+        found.append(
+            Doubt(
+                "discharge",
+                seconds,
+                f"60 % of the grains take about {seconds:.2g} s to pass the neck, longer than"
+                f" longest_time = {p['longest_time']:g} s, at which a run is given up; raise it",
+            )
+        )
+    density = NOMINAL_FRACTION * p["particle_density"]
+    height = p["fill_mass"] / density / _disc(p)
+    if height < neck:
+        mass = 2 * neck * density * _disc(p)
+        found.append(
+            Doubt(
+                "fill",
+                neck / height,
+                f"the fill is {1e3 * height:.3g} mm high, lower than the orifice of"
+                f" {1e3 * neck:.3g} mm is wide: it is gone before it flows steadily; give"
+                f" fill_mass = {mass:.2g} kg or more, or a smaller neck",
+            )
+        )
+    return found
+
+
+def _impossible_ledge(p: Numbers) -> list[str]:
+    if p["box_width"] >= 6 * p["particle_radius"]:
         return []
     return [
-        f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it or"
-        " expect clogged runs"
+        "box_width must be at least three grain diameters; widen the box or choose smaller grains"
+    ]
+
+
+def _doubtful_pile(p: Numbers) -> list[Doubt]:
+    ratio = p["lift_height"] / (2 * p["particle_radius"])
+    if ratio >= 2:
+        return []
+    return [
+        Doubt(
+            "lift",
+            -ratio,
+            f"the cylinder is lifted by {ratio:.1f} grain diameters: the heap cannot run out below"
+            " it; raise lift_height",
+        )
     ]
 
 
@@ -203,7 +314,9 @@ HOURGLASS = Setup(
         "Mass that has passed the neck of the {setup}, every verification run.",
     ),
     cut=True,
-    preconditions=_narrow_neck,
+    across={"cylinder_diameter": 8},
+    impossible=_impossible_hourglass,
+    doubts=_doubtful_hourglass,
 )
 LEDGE = Setup(
     name="ledge",
@@ -212,6 +325,8 @@ LEDGE = Setup(
     release=lambda p: 3 * math.sqrt(2 * p["fill_height"] / GRAVITY),
     outline=_ledge_outline,
     profile=surface("profile_x", "distance from the back wall"),
+    across={"box_length": 8, "box_width": 5},
+    impossible=_impossible_ledge,
 )
 CONICAL_PILE = Setup(
     name="conical_pile",
@@ -221,5 +336,7 @@ CONICAL_PILE = Setup(
     outline=_pile_outline,
     profile=surface("profile_radius", "distance from the axis"),
     mirrored=True,
+    across={"cylinder_diameter": 8},
+    doubts=_doubtful_pile,
 )
 SETUP_ENTRIES: dict[str, Setup] = {s.name: s for s in (HOURGLASS, LEDGE, CONICAL_PILE)}

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from calibrator.case.case import Case
+from calibrator.case.codec import finite
 from calibrator.case.problem import Problem
 from calibrator.files import packed, write_bytes, write_text
 from calibrator.plan.run import confirmed_set, database_records
 from calibrator.responses.fit import fit
-from calibrator.responses.interpolant import Interpolant
+from calibrator.responses.interpolant import (
+    FEWEST_DEGREES,
+    Interpolant,
+    alike_seeds,
+    known_noise,
+    seed_noise,
+)
 from calibrator.responses.objectives import evaluation
 from calibrator.responses.success import HIGH, Success
-from calibrator.responses.table import points_of
+from calibrator.responses.table import points_of, response_table
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace, counts
 from calibrator.search.front import compromise, spread
@@ -51,7 +59,6 @@ def calibrate(space: Workspace) -> Calibration:
     success = Success.of(problem, records)
     fronts = search_fronts(case, interpolant, success)
     points, reason = _chosen(space, interpolant, success, fronts[0])
-    noise = map(float, interpolant.noise)
     found = Calibration(
         candidates=_candidates(case, interpolant, points),
         compromise_reason=reason,
@@ -59,10 +66,11 @@ def calibrate(space: Workspace) -> Calibration:
         generational_distance=tuple(
             tuple(map(float, generational_distance(f.fronts, f.fronts[-1]))) for f in fronts
         ),
-        seed_noise=dict(zip(interpolant.responses, noise, strict=True)),
+        seed_noise=_noise(problem, records, interpolant),
+        replicated=_replicated(problem, records),
         leave_one_out_rms=_left_out_errors(interpolant),
         reachability=unreachable(problem, interpolant, success),
-        identifiability=_identified(problem, interpolant, success, case.truth),
+        identifiability=_identified(problem, records, interpolant, success, case.truth),
         sensitivity=_sensitivity(case, records, interpolant),
         unseen=_unseen(problem),
         failures=_failures(success, points),
@@ -115,7 +123,7 @@ def _chosen(
         dict(zip(keys, columns.T, strict=True))
         for columns in interpolant.predict_with_error(front.points)
     )
-    noise = dict(zip(keys, map(float, interpolant.noise), strict=True))
+    noise = dict(zip(keys, map(float, known_noise(interpolant)), strict=True))
     index, reason = compromise(
         case.problem,
         front.objectives,
@@ -165,11 +173,41 @@ def _left_out_errors(interpolant: Interpolant) -> dict[str, float | None]:
     }
 
 
+def _noise(
+    problem: Problem, records: Sequence[Record], interpolant: Interpolant
+) -> dict[str, float | None]:
+    """Seed noise of a single run by response, also of those held out that the runs measured.
+
+    None where there are too few replicates to say.
+    """
+    found = dict(zip(interpolant.responses, known_noise(interpolant), strict=True))
+    keys = [t.key for t in (*problem.targets, *problem.held_out)]
+    pooled, degrees = seed_noise(*response_table(problem, records, keys))
+    pooled[degrees < FEWEST_DEGREES] = np.nan
+    both = dict(zip(keys, pooled, strict=True)) | found
+    return {key: finite(float(noise)) for key, noise in both.items()}
+
+
+def _replicated(problem: Problem, records: Sequence[Record]) -> tuple[int, int]:
+    """Sets of a set-up's own parameters with several good runs, and all with one or more."""
+    counted = Counter(
+        (setup, *(r.request.value(n) for n in problem.seen_by(setup)))
+        for r in records
+        if r.status == "ok" and (setup := r.request.setup)
+    )
+    return sum(count > 1 for count in counted.values()), len(counted)
+
+
 def _identified(
-    problem: Problem, interpolant: Interpolant, success: Success, truth: dict[str, float]
+    problem: Problem,
+    records: Sequence[Record],
+    interpolant: Interpolant,
+    success: Success,
+    truth: dict[str, float],
 ) -> Identifiability:
     """Profiles with the truth of a synthetic laboratory, and as many accepted sets as are drawn."""
-    found = identify(problem, interpolant, success)
+    alike = alike_seeds(*response_table(problem, records, interpolant.responses))
+    found = identify(problem, interpolant, success, alike=alike)
     profiles = tuple(dataclasses.replace(p, truth=truth.get(p.name)) for p in found.parameters)
     accepted = found.accepted[:: max(1, len(found.accepted) // ACCEPTED)]
     return dataclasses.replace(found, parameters=profiles, accepted=accepted)

@@ -74,7 +74,7 @@ def compromise(
     ----------
     objectives : (p, k) of the front
     predicted, std : response key -> (p,) predictions and their standard errors
-    noise : response key -> seed noise of a single run
+    noise : response key -> seed noise of a single run, NaN where it is not known
     replicates : runs that will verify the member
     names : of the k objectives; cheapest is the smallest of the first that is not the error
     success : (p,) probability that runs of a member end well, a factor of its chance
@@ -96,8 +96,9 @@ def compromise(
     chance = success * np.exp(chances(targets, mean, error, one_run, replicates))
     likely = np.flatnonzero(good & (chance >= NEARLY * chance[good].max()))
     index = int(likely[np.lexsort((total[likely], cost[likely]))[0]])
+    best = "cheapest" if costs and np.ptp(cost) > 0 else "smallest error"
     return index, (
-        f"cheapest of the {len(likely)} (of {len(mean)}) front members that meet every target"
+        f"{best} of the {len(likely)} (of {len(mean)}) front members that meet every target"
         f" with the highest chance of being verified, {chance[index]:.0%}"
     )
 

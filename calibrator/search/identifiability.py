@@ -11,15 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2 as chi_squared
 
 from calibrator.case.problem import Problem
 from calibrator.responses.box import box_sample
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.success import Success
-from calibrator.responses.targets import target_columns, target_errors
+from calibrator.responses.targets import repeats, ruling, target_columns, target_errors
 from calibrator.search.parts import Identifiability, ParameterProfile
 
 CHI2_68, CHI2_95 = 1.0, 3.84  # rises of chi2 that bound 68 and 95 % of one parameter
+REFUSED = 0.99  # chi2 beyond this quantile: no parameter set agrees with the targets
 STEP = 1e-4  # of the range: forward difference of the residuals
 STARTS = 20  # points of the sample from which the global minimum is sought
 NEARBY = 64  # sample points around a position of which the best is a start
@@ -38,14 +40,19 @@ def identify(
     samples: int = 2**14,
     positions: int = 41,
     seed: int = 1,
+    alike: np.ndarray | None = None,
 ) -> Identifiability:
     """Profile chi2 over each parameter of the box.
 
     chi2 is the sum over the targets of (prediction - target)^2 / (standard error of the target^2 +
-    standard error of the interpolant^2). A Sobol sample of the box supplies the starts; at each of
-    the positions of a parameter the others descend to the smallest chi2, first all over the range,
-    then once more within the 95 % interval found. Random walkers that set out from the profiles
-    then map the region that fits.
+    standard error of the interpolant^2). Targets that say the same, because they are functions of
+    each other or because the same seeds move them alike, share their weight: the variance of each
+    is multiplied by 1 + the sum of its squared correlations with the others, which makes k copies
+    of one measurement one measurement, and never narrows an interval.
+
+    A Sobol sample of the box supplies the starts; at each of the positions of a parameter the
+    others descend to the smallest chi2, first all over the range, then once more within the 95 %
+    interval found. Random walkers that set out from the profiles then map the region that fits.
 
     Sets that the constraints rule out, or whose runs are likely to fail, are not accepted however
     well the interpolant matches there: the measured material did what was measured, and an
@@ -57,19 +64,24 @@ def identify(
     samples : Sobol points of the box
     positions : of each profile over the range, and again over the 95 % interval
     seed : of sample and walkers
+    alike : (m, m) squared correlations of the responses' seed noise (see
+        `interpolant.alike_seeds`), beside the repeats that the contract names
 
     Raises
     ------
     CalibratorError : a target's response is not interpolated, or it has neither scatter nor
         tolerance
     """
-    residuals, assumed = _residuals(problem, interpolant, success or Success(problem, ()))
+    success = success or Success(problem, ())
+    residuals, assumed = _residuals(problem, interpolant, success, alike)
     rng = np.random.default_rng(seed)
     curves, best = _curves(
         residuals, _searched(residuals, len(problem.names), samples, rng), positions
     )
+    refused = _refused(problem, best)
     profiles = tuple(
-        _parameter_profile(problem, curve, best, column) for column, curve in enumerate(curves)
+        _parameter_profile(problem, curve, best, column, refused)
+        for column, curve in enumerate(curves)
     )
     walked = _walked(residuals, _near_best(_joined(*curves)), rng)
     return Identifiability(
@@ -77,9 +89,31 @@ def identify(
         _scaled(problem, best.units)[0],
         float(best.chi2[0]),
         _scaled(problem, walked),
-        np.atleast_2d(np.corrcoef(walked.T)),
+        _correlation(walked),
         assumed,
+        refused,
     )
+
+
+def _refused(problem: Problem, best: _Points) -> bool:
+    """Whether even the best point's chi2 is too large for the number of its degrees of freedom.
+
+    A parameter at the wall of the box is not fitted. There is one degree at least, as chi2 is not
+    zero where walls keep the fit from the targets.
+    """
+    fitted = int(((best.units[0] > 0) & (best.units[0] < 1)).sum())
+    degrees = max(1, int(ruling(problem.targets).sum()) - fitted)
+    return bool(best.chi2[0] > chi_squared.ppf(REFUSED, degrees))
+
+
+def _correlation(sets: np.ndarray) -> np.ndarray:
+    """Correlation (d, d) of the sets (k, d); 0 with a parameter that does not vary."""
+    scatter = sets.std(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = np.cov(sets.T, bias=True).reshape(len(scatter), -1) / np.outer(scatter, scatter)
+    found = np.clip(np.nan_to_num(found, posinf=0.0, neginf=0.0), -1, 1)
+    np.fill_diagonal(found, 1.0)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +143,7 @@ def _scaled(problem: Problem, units: np.ndarray) -> np.ndarray:
 
 
 def _residuals(
-    problem: Problem, interpolant: Interpolant, success: Success
+    problem: Problem, interpolant: Interpolant, success: Success, alike: np.ndarray | None
 ) -> tuple[Residuals, tuple[str, ...]]:
     """Function from points of the unit box (n, d) to normalised residuals.
 
@@ -119,12 +153,19 @@ def _residuals(
     columns = target_columns(problem, interpolant.responses)
     errors, assumed = target_errors(problem)
     values = np.array([target.value for target in problem.targets])
+    same = repeats(problem.targets)
+    if alike is not None:
+        setups = np.array([target.setup for target in problem.targets])
+        same = np.maximum(same, alike[np.ix_(columns, columns)] * (setups[:, None] == setups))
+    crowd = np.sqrt((same * ruling(problem.targets)).sum(axis=1).clip(1))
+
     bounded = not success.certain or bool(problem.constraints)
 
     def residuals(units: np.ndarray) -> np.ndarray:
         points = _scaled(problem, units)
         mean, std = interpolant.predict_with_error(points)
-        found = (mean[:, columns] - values) / np.hypot(errors, std[:, columns])
+        spread = np.hypot(errors, std[:, columns]) * crowd
+        found = (mean[:, columns] - values) / spread
         if not bounded:
             return np.asarray(found)
         return np.column_stack([found, BARRIER * success.excess(points)])
@@ -265,7 +306,7 @@ def _crossing(at: np.ndarray, root: np.ndarray, last: int, side: int, level: flo
 
 
 def _parameter_profile(
-    problem: Problem, curve: _Points, best: _Points, column: int
+    problem: Problem, curve: _Points, best: _Points, column: int, refused: bool
 ) -> ParameterProfile:
     """The profile of one parameter in its unit."""
     parameter = problem.parameters[column]
@@ -285,6 +326,7 @@ def _parameter_profile(
         parameter.values_at(curve.units[order, column]),
         curve.chi2[order],
         parameter.scale,
+        refused=refused,
     )
 
 

@@ -35,8 +35,10 @@ class Calibration(Counts):
     compromise_reason : the rule that chose it; front_size : members of the front.
     generational_distance : for each repeat of the search, the mean distance of the front of each
         generation to the last one, in units of the objectives.
-    seed_noise : standard deviation of a single run by setup.response, in the response's unit;
-    leave_one_out_rms : error of the interpolant at sets left out, likewise.
+    seed_noise : standard deviation of a single run by setup.response, in the response's unit, also
+        of what is held out where the runs measured it; None where too few replicates say.
+    replicated : parameter sets with replicates, and all sets.
+    leave_one_out_rms : error of the interpolant at sets left out, in the response's unit.
     unseen : which set-ups do not have which parameters, a sentence each; failures : how many runs
         failed, and how many of those nearest to each candidate, likewise.
     arrays : hash of calibration.npz beside the summary, which holds the front, the populations and
@@ -48,7 +50,8 @@ class Calibration(Counts):
     compromise_reason: str
     front_size: int
     generational_distance: tuple[tuple[float, ...], ...]
-    seed_noise: dict[str, float]
+    seed_noise: dict[str, float | None]
+    replicated: tuple[int, int]
     leave_one_out_rms: dict[str, float | None]
     reachability: Reachability
     identifiability: Identifiability
@@ -79,6 +82,30 @@ class Calibration(Counts):
             if not p.interval_95[0] <= chosen[p.name] <= p.interval_95[1]
         )
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What the numbers cannot be trusted with, in plain words."""
+        said = []
+        targets = self.compromise.predicted
+        if unknown := [key for key in targets if self.seed_noise.get(key) is None]:
+            said.append(
+                f"the seed noise of {', '.join(unknown)} is not known, as too few sets have"
+                " replicates: give plan.replicates = 2 or more"
+            )
+        elif self.replicated[0] < self.replicated[1] / 2:
+            said.append(
+                f"the seed noise was measured at {self.replicated[0]} of {self.replicated[1]}"
+                " parameter sets only, and may be larger elsewhere: give more of them replicates"
+                " (plan.replicated_sets)"
+            )
+        if self.identifiability.refused:
+            where = " though within their tolerances" if self.reachability.all else ""
+            said.append(
+                "no parameter set agrees with all targets within the errors of the measurements"
+                f"{where and ',' + where} (chi2 = {self.identifiability.chi2:.3g} at the best one)"
+            )
+        return tuple(said)
+
     def lines(self) -> list[str]:
         """The outcome in plain words, the answer first."""
         chosen = self.compromise.parameters
@@ -86,6 +113,7 @@ class Calibration(Counts):
         first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
         sentences = (*self.unseen, *self.failures, *self.reachability.sentences)
         said = [first, *(f"  {sentence}" for sentence in sentences)]
+        said += [f"  {doubt}" for doubt in self.doubts]
         for p in self.identifiability.parameters:
             truth = ""
             if p.truth is not None:

@@ -11,8 +11,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibrator.case.vocabulary import RESPONSES
+
 OUT_OF_REACH = 2.0  # combined standard errors
 PINNED_SHARE = 0.5  # of the range: a 95 % interval narrower than this pins the parameter
+
+# Units that a number in them is a power of ten of the contract's, by unit and power.
+OTHER_UNITS = {
+    ("kg/s", 3): "g/s",
+    ("kg", 3): "g",
+    ("kg/m3", -3): "g/cm3",
+    ("s", 3): "ms",
+    ("m", 3): "mm",
+    ("m", 2): "cm",
+    ("1/m", -3): "1/mm",
+    ("1/m", -2): "1/cm",
+    ("1", 2): "%",
+}
+POWERS: tuple[int, ...] = (*range(1, 10), *range(-1, -10, -1))
+NEAR_A_POWER = 1.5  # a value this many times beside the range is still a question of its unit
 
 
 @dataclass(frozen=True)
@@ -51,7 +68,7 @@ class TargetReach:
     only_failing : it is out of reach, but not where runs are likely to fail.
     """
 
-    DERIVED = ("reachable", "sentence")
+    DERIVED = ("reachable", "hint", "sentence")
 
     key: str
     value: float
@@ -80,8 +97,38 @@ class TargetReach:
             )
         return (
             f"{self.key} = {self.value:.4g} cannot be reached: {span}, {self.gap:.1f} standard"
-            " errors short; widen the bounds"
+            f" errors short; {self.hint or 'widen the bounds'}"
         )
+
+    @property
+    def hint(self) -> str:
+        """A question about the unit, where a power of ten would bring the target into the box.
+
+        Empty where none does, or none is needed.
+        """
+        unit = RESPONSES[self.key.split(".")[1]].unit
+        power = _power_of_ten(self.value, self.low, self.high)
+        if self.reachable or not power:
+            return ""
+        times = f"{10.0**power:.15g} times what the box gives"
+        if other := OTHER_UNITS.get((unit, power)):
+            return f"it is about {times}: is it in {other} instead of {unit}?"
+        others = [name for (own, _), name in OTHER_UNITS.items() if own == unit]
+        maybe = f", not in {' or '.join(others)}" if others else ""
+        return f"it is about {times}: is the decimal point right, and is it in {unit}{maybe}?"
+
+
+def _power_of_ten(value: float, low: float, high: float) -> int:
+    """The power of ten by which a value is off a range, 0 where there is none near."""
+    near, far = sorted((abs(low), abs(high)))
+    if value == 0 or low * high <= 0 or value * low < 0:
+        return 0
+    if math.log10(far / near) > 1:  # a range of decades holds some power of any value
+        near = far = math.sqrt(near * far)
+    for power in POWERS:
+        if near / NEAR_A_POWER <= abs(value) * 10.0 ** int(-power) <= far * NEAR_A_POWER:
+            return power
+    return 0
 
 
 @dataclass(frozen=True)
@@ -167,9 +214,10 @@ class ParameterProfile:
     positions, chi2 : (b,) profile curve, the smallest chi2 at each position, positions ascending.
     scale : of the parameter, "linear" or "log".
     truth : the value behind a synthetic laboratory, None for a real one.
+    refused : whether no set of the box agrees with the targets; the intervals then mean nothing.
     """
 
-    DERIVED = ("pinned", "sentence")
+    DERIVED = ("pinned", "range", "sentence")
 
     name: str
     low: float
@@ -181,6 +229,7 @@ class ParameterProfile:
     chi2: np.ndarray
     scale: str = "linear"
     truth: float | None = None
+    refused: bool = False
 
     @property
     def share(self) -> float:
@@ -191,21 +240,45 @@ class ParameterProfile:
         return (high - low) / (self.high - self.low)
 
     @property
+    def walled(self) -> tuple[bool, bool]:
+        """Whether the 95 % interval ends at the lower and at the upper bound of the search."""
+        rounding = 1e-9 * (self.high - self.low)
+        low, high = self.interval_95
+        return low <= self.low + rounding, high >= self.high - rounding
+
+    @property
     def pinned(self) -> bool:
-        """Whether the 95 % interval covers less than half of the range."""
-        return self.share < PINNED_SHARE
+        """Whether the targets hold the parameter from both sides, within less than half its range.
+
+        An interval that ends at a bound of the search is one-sided: the targets may ask for more.
+        """
+        return not self.refused and not any(self.walled) and self.share < PINNED_SHARE
+
+    @property
+    def range(self) -> str:
+        """The 95 % interval in words: "0.1 to 0.2", or "at least 0.1" where a bound ends it."""
+        low, high = self.interval_95
+        if self.refused:
+            return "no interval"
+        return {
+            (False, True): f"at least {low:.4g}",
+            (True, False): f"at most {high:.4g}",
+        }.get(self.walled, f"{low:.4g} to {high:.4g}")
 
     @property
     def sentence(self) -> str:
         """The finding in plain words."""
-        interval = (
-            f"{self.interval_95[0]:.4g} to {self.interval_95[1]:.4g} (95 %), {self.share:.0%} of"
-            " its range"
-        )
-        return (
-            f"{self.name} is {'pinned' if self.pinned else 'not pinned down by these targets'}:"
-            f" {interval}"
-        )
+        if self.refused:
+            return (
+                f"{self.name} is not pinned down: no parameter set agrees with the targets within"
+                " their errors, so there is no interval"
+            )
+        interval = f"{self.range} (95 %), {self.share:.0%} of its range"
+        if self.pinned:
+            return f"{self.name} is pinned: {interval}"
+        if any(self.walled) and not all(self.walled):
+            return f"{self.name} is not pinned down from both sides by these targets: {interval}"
+        return f"{self.name} is not pinned down by these targets: {interval}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,6 +294,7 @@ class Identifiability:
     correlation : (d, d) of the accepted sets: near 1 or -1 along a ridge of sets that fit equally
         well.
     assumed : targets without scatter, whose standard error was taken as half their tolerance.
+    refused : whether chi2 is beyond its 99 % quantile: no parameter set agrees with the targets.
     """
 
     parameters: tuple[ParameterProfile, ...]
@@ -229,6 +303,7 @@ class Identifiability:
     accepted: np.ndarray
     correlation: np.ndarray
     assumed: tuple[str, ...]
+    refused: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from calibrator.case.problem import Problem
 from calibrator.responses.box import corners, refined, sample_of
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.success import Success
-from calibrator.responses.targets import bands, target_columns
+from calibrator.responses.targets import bands, ruling, target_columns
 from calibrator.search.parts import OUT_OF_REACH, JointReach, Reachability, TargetReach
 
 Predict = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -42,7 +42,7 @@ def unreachable(
     mean, misfit = predict(sample)
     singly = tuple(
         _target_reach(problem, predict, i, sample, mean[:, i], success, rng)
-        for i in range(len(problem.targets))
+        for i in map(int, np.flatnonzero(ruling(problem.targets)))
     )
     start = sample[np.argmin(misfit.max(axis=1))]
     point = refined(_worst_within(predict, success), start, problem, rng)

@@ -54,15 +54,17 @@ def _indices(
     problem: Problem, interpolant: Interpolant, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """First-order and total indices (2, m, d), and their standard errors from the finite sample."""
-    dimensions = len(problem.parameters)
+    dimensions, count = len(problem.parameters), len(interpolant.responses)
 
     def responses(shares: np.ndarray) -> np.ndarray:
-        return interpolant.predict(problem.values_at(shares.T)).T
+        # each twice: of a single response to a single parameter scipy makes a number, and fails
+        return np.tile(interpolant.predict(problem.values_at(shares.T)).T, (2, 1))
 
     repeats = []
     for rng in np.random.default_rng(seed).spawn(REPEATS):
         found = sobol_indices(func=responses, n=SAMPLES, dists=[uniform()] * dimensions, rng=rng)
-        repeats.append(np.reshape([found.first_order, found.total_order], (2, -1, dimensions)))
+        both = np.reshape([found.first_order, found.total_order], (2, -1, dimensions))
+        repeats.append(both[:, :count])
     return np.mean(repeats, axis=0), np.std(repeats, axis=0, ddof=1) / math.sqrt(REPEATS)
 
 

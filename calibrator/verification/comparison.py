@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.stats import t as student
 
 from calibrator.case.problem import Target
-from calibrator.responses.targets import bands, met
+from calibrator.responses.targets import bands
 from calibrator.runs.record import Record
 from calibrator.search.parts import Promise
 from calibrator.verification.outcome import Comparison
@@ -18,13 +20,12 @@ def compare(
     targets: Sequence[Target],
     records: Sequence[Record],
     promised: Mapping[str, Promise] | None = None,
-    noise: Mapping[str, float] | None = None,
+    noise: Mapping[str, float | None] | None = None,
 ) -> tuple[Comparison, ...]:
     """Compare fresh runs with the targets, one comparison per target.
 
     promised : what the interpolant said, by key; noise : standard deviation of one run in the
-    response's unit, by key. Where the database knows no noise it is the larger of the fresh runs'
-    own scatter, which can be small by chance, and the measurement's.
+    response's unit, by key, None or absent where the database knows none.
     """
     return tuple(
         _compared(target, records, (promised or {}).get(target.key), (noise or {}).get(target.key))
@@ -35,19 +36,27 @@ def compare(
 def _compared(
     target: Target, records: Sequence[Record], promise: Promise | None, noise: float | None
 ) -> Comparison:
-    """One target against the fresh runs of its set-up."""
+    """One target against the fresh runs of its set-up.
+
+    The band does not grow with the scatter of the runs that it judges (see `targets.bands`); their
+    mean counts as met only if its own standard error is no wider than the band.
+    """
     own = [r for r in records if r.request.setup == target.setup]
     values = [
         r.responses[target.response]
         for r in own
         if r.status == "ok" and target.response in r.responses
     ]
-    scatter = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
-    one_run = max(scatter, target.scatter) if noise is None else noise
     mean = float(np.mean(values)) if values else None
-    error = one_run / math.sqrt(len(values)) if values else None
-    shape, runs = (target,), max(len(values), 1)
-    passed = mean is not None and bool(met(shape, np.array([mean]), np.array([one_run]), runs)[0])
+    scatter = float(np.std(values, ddof=1)) if len(values) > 1 else None
+    error = _error_of_mean(len(values), scatter, noise)
+    judged = (dataclasses.replace(target, weight=1.0),)  # of weight 0 it has no band
+    one_run = np.array([math.nan if noise is None else noise])
+    band = float(bands(judged, one_run, max(len(values), 1))[0])
+    off = math.inf if mean is None else abs(mean - target.value)
+    sure = error is not None and error <= band
+    inside = off <= band and sure
+    unclear = not inside and off <= max(band, 2 * math.hypot(target.standard_error, error or 0.0))
     return Comparison(
         key=target.key,
         target=target.value,
@@ -56,15 +65,31 @@ def _compared(
         predicted=promise.mean if promise else None,
         predicted_error=promise.error if promise else None,
         simulated=mean,
-        scatter=scatter if values else None,
+        scatter=scatter,
         standard_error=error,
         runs=len(values),
         attempted=len(own),
         relative_error=None if mean is None else (mean - target.value) / target.scale,
-        band=float(bands(shape, np.array([one_run]), runs)[0]),
-        passed=passed,
+        band=band,
+        passed=inside,
+        undecided=mean is not None and unclear and not inside,
+        reported_only=target.weight == 0,
         promise_kept=_kept(promise, mean, error),
     )
+
+
+def _error_of_mean(runs: int, scatter: float | None, noise: float | None) -> float | None:
+    """Standard error of the mean of so many runs, None where nothing says how much one scatters.
+
+    It is that of the database's noise or of the runs' own scatter, whichever is larger. Where there
+    is no noise the scatter of few runs is small by chance too often: it is widened so that two
+    standard errors hold the mean in 95 % of cases (Student's t).
+    """
+    if not runs or (scatter is None and noise is None):
+        return None
+    if noise is None and scatter is not None:
+        return scatter / math.sqrt(runs) * float(student.ppf(0.975, runs - 1)) / 1.96
+    return max(scatter or 0.0, noise or 0.0) / math.sqrt(runs)
 
 
 def _kept(promise: Promise | None, mean: float | None, error: float | None) -> bool | None:
@@ -79,7 +104,8 @@ def _kept(promise: Promise | None, mean: float | None, error: float | None) -> b
 
 def error_o1(targets: Sequence[Target], comparisons: Sequence[Comparison]) -> float | None:
     """O1 at the mean of the fresh runs (Eqs. 3 and 4); None where a target was not measured."""
-    errors = [c.relative_error for c in comparisons]
-    if any(e is None for e in errors):
+    ruling = [(t, c) for t, c in zip(targets, comparisons, strict=True) if t.weight > 0]
+    errors = [abs(c.relative_error) for _, c in ruling if c.relative_error is not None]
+    if len(errors) < len(ruling):
         return None
-    return sum(t.weight * abs(e) for t, e in zip(targets, errors, strict=True) if e is not None)
+    return sum(t.weight * e for (t, _), e in zip(ruling, errors, strict=True))

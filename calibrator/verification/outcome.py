@@ -20,11 +20,14 @@ class Comparison:
         to (see `problem.Target.scale`).
     predicted, predicted_error : the interpolant's mean and standard error; None for a response that
         was not interpolated.
-    simulated, scatter, standard_error : mean of the fresh runs, standard deviation of one, and
-        standard error of the mean; None where no run measured the response.
+    simulated, scatter, standard_error : mean of the fresh runs, standard deviation of one (None of
+        fewer than two), and standard error of the mean; None where nothing says what it is.
     runs : fresh runs that measured it; attempted : all that were made.
     relative_error : (simulated - target) / scale; band : how far from the target counts as met.
-    passed : whether the mean lies within the band; what nothing measured is missed.
+    passed : whether the mean lies within the band, and is known to better than the band; what
+        nothing measured is missed.
+    undecided : whether the mean is too uncertain to call the target met or missed: not passed.
+    reported_only : whether the target has weight 0 and rules nothing.
     promise_kept : whether simulation and prediction agree within two combined standard errors.
     """
 
@@ -42,7 +45,18 @@ class Comparison:
     relative_error: float | None
     band: float
     passed: bool
+    undecided: bool
+    reported_only: bool
     promise_kept: bool | None
+
+    @property
+    def verdict(self) -> str:
+        """What became of the target, in a word or two."""
+        if self.reported_only:
+            return "reported only (weight 0)"
+        if self.undecided:
+            return "CANNOT TELL, its mean is too uncertain: more replicates"
+        return "met" if self.passed else "MISSED"
 
     @property
     def line(self) -> str:
@@ -50,11 +64,15 @@ class Comparison:
         promise = "" if self.predicted is None else f", predicted {self.predicted:.5g}"
         start = f"{self.key}: target {self.target:.5g}{promise}, "
         if self.simulated is None or self.relative_error is None:
-            return f"{start}not measured by any of {self.attempted} fresh runs: MISSED"
-        error = "" if self.standard_error is None else f" +- {self.standard_error:.2g}"
+            return f"{start}not measured by any of {self.attempted} fresh runs: {self.verdict}"
+        error = (
+            " +- unknown (a single run)"
+            if self.standard_error is None
+            else f" +- {self.standard_error:.2g}"
+        )
         return (
             f"{start}simulated {self.simulated:.5g}{error} ({self.relative_error:+.1%}, band"
-            f" {self.band / self.scale:.1%}): {'met' if self.passed else 'MISSED'}"
+            f" {self.band / self.scale:.1%}): {self.verdict}"
         )
 
 
@@ -62,25 +80,38 @@ class Comparison:
 class Verdict(Counts):
     """The fresh runs of one candidate against its targets.
 
-    responses : one comparison per target; passed : whether every target is met; o1 : Eq. (3)-(4) at
-    the mean of the fresh runs, None where a target was not measured; from_shipped_database : runs
-    that come with the project; statuses, failed and yade are those of the fresh runs.
+    responses : one comparison per target; most_failed : share of a set-up's runs that may fail;
+    passed : whether every target is met, and no more runs failed, None where there is no target;
+    o1 : Eq. (3)-(4) at the mean of the fresh runs, None where a target was not measured;
+    from_shipped_database : runs that come with the project; statuses, failed and yade are those of
+    the fresh runs.
     """
 
     responses: tuple[Comparison, ...]
-    passed: bool
+    most_failed: float
+    passed: bool | None
     o1: float | None
     from_shipped_database: int
 
     @property
     def missed(self) -> tuple[str, ...]:
         """Keys of the targets that are not met."""
-        return tuple(r.key for r in self.responses if not r.passed)
+        return tuple(r.key for r in self.responses if not (r.passed or r.reported_only))
 
     @property
     def unmeasured(self) -> tuple[str, ...]:
         """Keys of the targets that no fresh run measured."""
         return tuple(r.key for r in self.responses if r.simulated is None)
+
+    @property
+    def unreliable(self) -> tuple[str, ...]:
+        """Set-ups of which more runs failed, or lacked a response, than may."""
+        return too_many_failed(self.responses, self.most_failed)
+
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """Keys of the targets whose mean is too uncertain to call them met or missed."""
+        return tuple(r.key for r in self.responses if r.undecided and not r.reported_only)
 
     @property
     def endings(self) -> str:
@@ -97,6 +128,10 @@ class Verdict(Counts):
             else ""
         )
         first = f"{'passed' if self.passed else 'NOT passed'}, {o1}{runs}{shipped}"
+        first += "".join(
+            f"; no recommendation, as more than {self.most_failed:.0%} of the {setup} runs failed"
+            for setup in self.unreliable
+        )
         failed = [f"  {run_id} {why}" for run_id, why in self.failed.items()]
         return [first, *(f"  {r.line}" for r in self.responses), *failed]
 
@@ -115,7 +150,7 @@ class Verification:
         if not self.passed:
             said.append(
                 "  to go on: name a copy of database.csv as run.shipped and set plan.design ="
-                ' "adaptive" in the case; `calibrator run` then adds runs where they decide'
+                ' "adaptive" in the case; the verb run then adds runs where they decide'
             )
         return said
 
@@ -138,7 +173,10 @@ class Validation(Verdict):
     def lines(self) -> list[str]:
         """The verdicts in plain words."""
         if not self.responses:
-            return ["nothing to validate: no measurement is held out"]
+            return [
+                "nothing to validate: no measurement is held out under the conditions of the"
+                " calibration; give a row of the lab file the role held_out"
+            ]
         return [*super().lines(), *_by_label(self.candidates)]
 
 
@@ -151,6 +189,20 @@ def _by_label(verdicts: dict[str, Verdict]) -> list[str]:
     return said
 
 
-def all_passed(comparisons: Sequence[Comparison]) -> bool:
-    """Whether there is something to compare, and every target is met."""
-    return bool(comparisons) and all(c.passed for c in comparisons)
+def too_many_failed(comparisons: Sequence[Comparison], most: float) -> tuple[str, ...]:
+    """Set-ups of which a larger share of the runs than this failed, or lacked a response."""
+    ruling = [c for c in comparisons if not c.reported_only]
+    least = {c.key.split(".")[0]: 0.0 for c in ruling}
+    for c in ruling:
+        setup = c.key.split(".")[0]
+        lost = 1 - c.runs / c.attempted if c.attempted else 1.0
+        least[setup] = max(least[setup], lost)
+    return tuple(setup for setup, lost in least.items() if lost > most)
+
+
+def all_passed(comparisons: Sequence[Comparison], most_failed: float) -> bool | None:
+    """Whether every target that has a weight is met, by enough runs; None where there is none."""
+    ruling = [c for c in comparisons if not c.reported_only]
+    if not ruling:
+        return None
+    return all(c.passed for c in ruling) and not too_many_failed(ruling, most_failed)

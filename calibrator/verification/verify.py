@@ -82,7 +82,7 @@ def verify(space: Workspace, report: Report = silent) -> Verification:
         for label, own in done.items()
     }
     rests_on = verification_rests_on(space, calibration, done)
-    passed = verdicts[COMPROMISE].passed
+    passed = bool(verdicts[COMPROMISE].passed)
     return space.note("verify", Verification(passed, verdicts, rests_on))
 
 
@@ -96,7 +96,8 @@ def validate(space: Workspace, report: Report = silent) -> Validation:
     requests = validation_requests(space, calibration)
     done = _carried_out(space, "validate", space.case.validate, requests, report)
     verdicts = {
-        label: _verdict(space, targets, own, space.case.validate) for label, own in done.items()
+        label: _verdict(space, targets, own, space.case.validate, noise=calibration.seed_noise)
+        for label, own in done.items()
     }
     compromise = verdicts.pop(COMPROMISE)
     fields = {f.name: getattr(compromise, f.name) for f in dataclasses.fields(compromise)}
@@ -125,14 +126,15 @@ def _verdict(
     records: Sequence[Record],
     settings: Replicates,
     promised: Mapping[str, Promise] | None = None,
-    noise: Mapping[str, float] | None = None,
+    noise: Mapping[str, float | None] | None = None,
 ) -> Verdict:
     """The verdict on one candidate's fresh runs; promised, noise : see `compare`."""
     comparisons = compare(targets, records, promised, noise)
     shipped = for_new_seeds(space, settings).shipped()
     return Verdict(
         responses=comparisons,
-        passed=all_passed(comparisons),
+        most_failed=settings.most_failed,
+        passed=all_passed(comparisons, settings.most_failed),
         o1=error_o1(targets, comparisons),
         from_shipped_database=len(shipped.find([r.request for r in records])),
         **counts(records),

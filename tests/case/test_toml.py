@@ -29,6 +29,7 @@ def test_the_toy_case_is_read(write_case):
             "did you mean rolling_friction",
         ),
         ("low = 0.2", "low = 0.8", "is not below high"),
+        ("low = 0.2", "low = 0.7", "both 0.7; give a wider interval, or move it to .fixed"),
         ("low = 0.2", "low = -0.2", "give a value from 0"),
         ("low = 0.2", "low = nan", "give a finite number"),
         ("low = 0.2", "low = '0.2'", "give a value of type float"),
@@ -41,7 +42,11 @@ def test_the_toy_case_is_read(write_case):
         ('name = "toy"', 'name = "toy', "not valid TOML"),
         ("[run]", "[fixed]\nrolling_friction = 0.1\n[run]", "both calibrated and fixed"),
         ("[run]", "[fixed]\nseed = 1\n[run]", "seed cannot be fixed"),
-        ("[run]", "[setups.ledge]\nneck_diameter = 0.01\n[run]", "unknown parameter of ledge"),
+        (
+            "[run]",
+            "[setups.ledge]\nneck_diameter = 0.01\n[run]",
+            "unknown parameter in .setups",
+        ),
         (
             "[run]",
             '[targets."hourglass.bulk_densty"]\nweight = 1.0\n[run]',
@@ -154,3 +159,31 @@ def test_a_size_that_cannot_be_is_refused(write_case, scales, message):
         read_case(
             write_case(("[run]", f"{SMALL[1][:-5]}[diagnosis.scales]\n{scales}\n[run]"), lab=lab())
         )
+
+
+def test_all_mistakes_of_case_and_lab_file_are_named_at_once(write_case):
+    wrong = [
+        ("population", "popolation"),
+        ("low = 0.05", "low = 'x'"),
+        ("sets = 14", "sets = 0"),
+        ("replicates = 2", "replicates = 0"),
+        ("[run]", "[fixed]\nrestitution = 7\n[setups.ledge]\nneck_diameter = 0.01\n[run]"),
+    ]
+    with pytest.raises(CalibratorError) as caught:
+        read_case(write_case(*wrong, lab=LAB.replace("kg/m3", "g/cm3").replace("0.026", "x")))
+    first, *lines = str(caught.value).splitlines()
+    assert first == "8 mistakes:" and len(lines) == 8
+    for words in (
+        "search", "rolling_friction.low", "plan.sets", "plan.replicates", "restitution = 7",
+        "setups.ledge", "line 3: bulk_density", "line 5: ",
+    ):  # fmt: skip
+        assert sum(words in line for line in lines) == 1, words
+    assert all(line.startswith("  ") and line.isprintable() for line in lines)
+
+
+def test_a_file_with_very_many_mistakes_is_not_shown_whole(write_case):
+    keys = "".join(f"x{i} = 1\n" for i in range(100))
+    with pytest.raises(CalibratorError) as caught:
+        read_case(write_case(('name = "toy"', f'name = "toy"\n{keys}')))
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 22 and lines[0] == "100 mistakes:" and "and 80 more" in lines[-1]

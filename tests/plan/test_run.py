@@ -10,11 +10,10 @@ from calibrator.case.toml import read_case
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.plan.requests import make_request, plan_requests
-from calibrator.plan.run import collect, note_proposal, proposed, run_plan
+from calibrator.plan.run import collect, database_records, note_proposal, proposed, run_plan
 from calibrator.plan.seeds import SUBSTITUTE_SEED
 from calibrator.runs import workspace
 from calibrator.runs.database import Database
-from calibrator.runs.request import Request
 from tests.conftest import LAB, space_for
 from tests.stand_in import World, put_in_place
 
@@ -24,13 +23,14 @@ def test_a_log_of_proposals_is_whole_after_every_write(write_case, tmp_path, mon
 
     space = workspace.Workspace(read_case(write_case()), tmp_path / "toy")
     proposal = Proposal("explore", np.zeros((1, 3)), np.zeros(3), 0.1, "a run")
-    for seed in (1, 2):
-        note_proposal(space, proposal, [Request.of("ledge", seed=seed)])
-    assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]
+    first, second = plan_requests(space.case)[:2]
+    for request in (first, second):
+        note_proposal(space, proposal, [request])
+    assert proposed(space) == [first, second]
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
-        note_proposal(space, proposal, [Request.of("ledge", seed=3)])
-    assert [r.parameters["seed"] for r in proposed(space)] == [1, 2]
+        note_proposal(space, proposal, plan_requests(space.case)[2:3])
+    assert proposed(space) == [first, second]
 
 
 def test_a_clogged_run_gets_a_substitute_and_stays_counted(write_case, tmp_path, fake_yade):
@@ -108,6 +108,23 @@ def test_an_interrupted_design_first_makes_the_runs_it_had_proposed(
     )
     run_plan(space)
     assert left.run_id in (space.path / "calls.txt").read_text()
+
+
+def test_runs_that_an_adaptive_design_proposed_before_the_geometry_changed_are_none_of_its(
+    write_case, tmp_path, monkeypatch
+):
+    """Nor are those of another case that has the same name."""
+    put_in_place(monkeypatch, World())
+    adaptive = [
+        ('"sobol"\nsets = 14\nreplicates = 2', '"adaptive"\nsets = 8\nreplicates = 3'),
+        ("[run]", "[setups.hourglass]\nneck_diameter = 0.014\n[run]"),
+    ]
+    first = run_plan(space_for(write_case(*adaptive), tmp_path))
+    assert first.ended == "confirmed"
+    wider = write_case(*adaptive, ("0.014", "0.0145"))
+    space = space_for(wider, tmp_path)
+    run_plan(space)
+    assert {r.request.parameters["neck_diameter"] for r in database_records(space)} == {0.0145}
 
 
 WITH_LEDGE = LAB.replace("37.44,0.2,8,deg,held_out", "37.44,0.2,8,deg,calibrate")

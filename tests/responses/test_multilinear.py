@@ -84,7 +84,7 @@ def test_multilinear_error_is_seed_noise_averaged_over_the_surrounding_runs():
 def test_multilinear_without_replicates_says_that_it_knows_no_noise():
     model = multilinear(grid(2, 2), bilinear(grid(2, 2)))
     assert model.noise_source == "none"
-    assert not model.noise.any() and not model.predict_with_error(inside(3))[1].any()
+    assert np.isnan(model.noise).all() and not model.predict_with_error(inside(3))[1].any()
 
 
 def test_dropped_lines_show_the_curvature_of_each_axis():

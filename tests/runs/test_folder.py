@@ -1,9 +1,13 @@
 """The folder of the runs: nothing in it leads out of it, and one driver at a time works there."""
 
+import errno
+import os
 import threading
+from pathlib import Path
 
 import pytest
 
+from calibrator.case.vocabulary import SCRIPTS
 from calibrator.errors import CalibratorError
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run
@@ -67,3 +71,37 @@ def test_a_second_driver_waits_for_the_first_and_says_so(tmp_path, caplog):
 
 def test_gathering_unknown_requests_finds_nothing(tmp_path):
     assert gather(RunFolder(tmp_path), requests(2)) == []
+
+
+@pytest.mark.parametrize("answer", [errno.EPERM, errno.ENOTSUP, errno.ENOSYS])
+def test_a_drive_without_symbolic_links_gets_a_copy_of_the_scripts(
+    tmp_path, fake_yade, monkeypatch, answer
+):
+    def refuse(path, *_, **__):
+        raise OSError(answer, "Operation not permitted", str(path))
+
+    monkeypatch.setattr(Path, "symlink_to", refuse)
+    folder, request = RunFolder(tmp_path / "runs"), Request.of("ledge")
+    assert [r.status for r in run(folder, [request], jobs=1)] == ["ok"]
+    copy = folder.path / "scripts"
+    assert not copy.is_symlink() and os.access(copy / "run_yade.sh", os.X_OK)
+    (copy / "ledge.py").write_text("# of an older version\n")
+    folder.prepare()
+    assert (copy / "ledge.py").read_bytes() == (SCRIPTS / "ledge.py").read_bytes()
+
+
+def test_a_folder_of_something_else_where_the_scripts_go_is_refused(tmp_path):
+    (tmp_path / "scripts").mkdir()
+    (tmp_path / "scripts" / "mine.txt").write_text("mine")
+    with pytest.raises(CalibratorError, match="YADE's scripts go there: remove it"):
+        RunFolder(tmp_path).prepare()
+    assert (tmp_path / "scripts" / "mine.txt").read_text() == "mine"
+
+
+def test_another_error_of_the_drive_is_not_taken_for_that(tmp_path, monkeypatch):
+    def full(path, *_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr(Path, "symlink_to", full)
+    with pytest.raises(OSError, match="No space left"):
+        RunFolder(tmp_path).prepare()

@@ -23,7 +23,7 @@ SETUP_ENTRIES["{NAME}"] = Setup(
     outline=lambda p, top: ((), ()),
     profile=surface("profile_radius", "distance from the axis"),
     mirrored=True,
-    preconditions=lambda p: ["the funnel is narrow: widen it"] * (p["{OWN}"] < 0.01),
+    doubts=lambda p: [Doubt("funnel", 1, "the funnel is narrow: widen it")] * (p["{OWN}"] < 0.01),
 )
 """
 LAB = f"""# made by hand: the fake YADE's formula at mu_r 0.25, mu_s 0.5, E 3 MPa
@@ -75,7 +75,7 @@ def test_a_set_up_of_ones_own_is_calibrated_from_the_command_line(project):
         )
         assert ended.returncode == 0, ended.stdout + ended.stderr
         said += ended.stdout
-    assert "warning: the funnel is narrow: widen it" in said
+    assert f"warning: {NAME}: the funnel is narrow: widen it" in said
     assert "28 runs" in said
     database = (project / "results" / "toy" / "database.csv").read_text()
     assert database.count(f",{NAME},ok,") == 28 and OWN in database

@@ -12,7 +12,8 @@ from calibrator.plan.run import run_plan
 from calibrator.search.calibrate import calibrate
 from calibrator.search.outcome import current_calibration
 from calibrator.verification.verify import verification_requests, verify
-from tests.conftest import space_for
+from tests.conftest import LAB, space_for
+from tests.stand_in import World, put_in_place
 
 FEW = ("sets = 14", "sets = 6")
 
@@ -62,7 +63,7 @@ def test_a_run_that_is_added_to_the_database_asks_for_a_new_calibration(
         verify(space)
 
 
-@pytest.mark.parametrize("clogged", [3, 4])
+@pytest.mark.parametrize("clogged", [1, 3, 4])
 def test_targets_that_fresh_runs_did_not_measure_are_missed(
     write_case, tmp_path, fake_yade, capsys, clogged
 ):
@@ -79,7 +80,32 @@ def test_targets_that_fresh_runs_did_not_measure_are_missed(
     found = json.loads((results / "toy" / "summary.json").read_text())["verify"]
     verdict = found["candidates"]["compromise"]
     assert verdict["statuses"].get("clogged") == clogged and f"{clogged} clogged" in said
+    # one of four is what its user would see too; three of four are no recommendation
+    assert ("no recommendation" in said) == (clogged > 2)
+    assert (status, found["passed"]) == ((0, True) if clogged == 1 else (1, False))
     if clogged == 4:
         assert status == 1 and not found["passed"] and verdict["o1"] is None
         assert said.count("not measured by any of 4 fresh runs: MISSED") == 3
         assert all(r["simulated"] is None and not r["passed"] for r in verdict["responses"])
+
+
+@pytest.mark.parametrize("condition", [False, True])
+def test_where_nothing_is_held_out_a_validation_has_no_verdict(
+    write_case, tmp_path, monkeypatch, capsys, condition
+):
+    """A measurement that is held out under a condition is one for `diagnose`."""
+    put_in_place(monkeypatch, World())
+    lines = [line for line in LAB.splitlines() if "held_out" not in line]
+    narrow = ""
+    if condition:
+        lines[1] = lines[1].replace("setup,", "setup,condition,")
+        lines[2:] = [line.replace("hourglass,", "hourglass,,") for line in lines[2:]]
+        lines.append("hourglass,narrow,mass_flow_rate,0.02,0.0001,8,kg/s,held_out")
+        narrow = '[conditions.narrow]\nsetup = "hourglass"\nneck_diameter = 0.013\n'
+    path = write_case(FEW, ("[plan]", narrow + "[plan]"), lab="\n".join(lines) + "\n")
+    for verb in ("run", "calibrate", "validate", "report"):
+        assert main([verb, str(path), "--results", str(tmp_path / "results")]) == 0
+    said = capsys.readouterr().out
+    assert "nothing to validate" in said and "NOT passed" not in said
+    summary = json.loads((tmp_path / "results" / "toy" / "summary.json").read_text())
+    assert summary["validate"]["passed"] is None

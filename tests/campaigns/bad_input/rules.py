@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,12 +29,28 @@ def require(condition: bool, what: str) -> None:
 
 
 def refusal(error: Exception) -> None:
-    """A refusal is one printable line of bounded length that ends with what to do."""
-    line = str(error)
-    require(line.isprintable() and 10 < len(line) < 1100, f"not one line: {line!r}")
+    """A refusal is a printable line of bounded length that ends with what to do.
+
+    Where several things are wrong at once it is their number, and then such a line for each, no
+    more than a terminal shows.
+    """
+    messages = getattr(error, "messages", (str(error),))
+    for line in messages:
+        require(line.isprintable() and 10 < len(line) < 1100, f"not one line: {line!r}")
+        require(
+            isinstance(error, InvalidRecord) or ": " in line or "; " in line, f"no remedy: {line!r}"
+        )
+    lines_of_a_refusal(str(error))
+
+
+def lines_of_a_refusal(text: str) -> None:
+    """One line, or the number of mistakes and a line, set in, for each of the first of them."""
+    first, *others = text.rstrip("\n").split("\n")
     require(
-        isinstance(error, InvalidRecord) or ": " in line or "; " in line, f"no remedy: {line!r}"
+        not others or re.search(r"\b\d+ mistakes:$", first) is not None, f"not one line: {text!r}"
     )
+    require(len(others) <= 21 and len(others) != 1, f"{len(others)} lines")
+    require(all(line.startswith("  ") for line in others), f"not set in: {text!r}")
 
 
 def ask(call: Callable[[], Any]) -> Any:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import dataclasses
 import json
+import re
 import tomllib
 from typing import Any
 
@@ -112,6 +114,16 @@ def _written(yard: Yard, requests: list[Request] | None) -> None:
         safe_table(yard.path / "input.table")
 
 
+def _filled(data: bytes) -> list[str]:
+    """The lines of a table, its header among them, that are no notes and have a cell that is full.
+
+    A spreadsheet may have saved it as UTF-16, and leaves lines of empty cells.
+    """
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    lines = data.decode("utf-16" if wide else "utf-8-sig").splitlines()
+    return [x for x in lines if re.sub(r'[,;"\s]', "", x) and not re.match(r'[\s"]*(#|sep=)', x)]
+
+
 @kind(0.15, lambda yard: damaged_bytes([LAB.encode(), WITH_CONDITIONS.encode()], texts(yard)))
 def lab_file(yard: Yard, data: bytes) -> None:
     """Every row of an accepted lab file is a target; none is lost, and none made up."""
@@ -119,9 +131,7 @@ def lab_file(yard: Yard, data: bytes) -> None:
     path.write_bytes(data)
     rows = ask(lambda: read_lab(path))
     if rows is not None:
-        lines = [
-            x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")
-        ]
+        lines = _filled(data)
         require(len(rows) == len(lines) - 1, "a row was lost")
         for row, line in zip(rows, lines[1:], strict=True):
             require(
@@ -143,9 +153,7 @@ def nuisance_table(yard: Yard, data: bytes) -> None:
     rows = read_lab(yard.cases / "lab.csv")
     found = ask(lambda: read_nuisances(path, rows))
     if found is not None:
-        lines = [
-            x for x in data.decode("utf-8-sig").splitlines() if x.strip() and not x.startswith("#")
-        ]
+        lines = _filled(data)
         require(len(found) == len(lines) - 1, "a row was lost")
         for one in found:
             touched = bool(one.effect) or any(one.touches(o) for o in rows)

@@ -1,0 +1,96 @@
+"""What cannot work in a case: all that a later verb, or YADE's scripts, would refuse."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from calibrator.case.case import Case
+from calibrator.case.problem import known
+from calibrator.case.vocabulary import PARAMETERS
+from calibrator.diagnosis.experiments import wanted
+from calibrator.diagnosis.runs import asked, require_enough
+from calibrator.errors import CalibratorError, Mistakes
+from calibrator.foresight.values import CALIBRATED, Values, corners
+from calibrator.plan.requests import design_points
+from calibrator.plan.seeds import overlapping
+from calibrator.responses.coordinates import Coordinates
+from calibrator.responses.gaussian_process import require_points
+from calibrator.responses.objectives import OBJECTIVES
+from calibrator.runs import setups
+
+
+def require_possible(case: Case, values: dict[str, Values]) -> None:
+    """Raise CalibratorError with everything that cannot work; values : see `resolved`."""
+    mistakes = Mistakes()
+    for name in case.search.objectives:
+        with mistakes.noted():
+            known(name, OBJECTIVES, "objective")
+    mistakes.note(overlapping(case))
+    for experiment, own in values.items():
+        mistakes.note(_geometry(experiment, own))
+    mistakes.note(_density(case, values))
+    with mistakes.noted():
+        _require_interpolable(case, mistakes)
+    if wanted(case):
+        with mistakes.noted():
+            _require_diagnosable(case, mistakes)
+    mistakes.raise_any()
+
+
+def _geometry(experiment: str, values: Values) -> list[str]:
+    """What the scripts refuse at any corner of the box; each reason once, at its first corner."""
+    setup, found = experiment.partition("@")[0], dict[str, str]()
+    moved = [n for n, r in values.items() if r.source == CALIBRATED and PARAMETERS[n].unit == "m"]
+    for p in corners(setup, values):
+        place = ", ".join(f"{n} = {p[n]:g}" for n in moved)
+        for reason in setups.impossible(setup, p):
+            found.setdefault(reason, f"{experiment}{f' at {place}' if place else ''}: {reason}")
+    return list(found.values())
+
+
+def _density(case: Case, values: dict[str, Values]) -> list[str]:
+    """Measured bulk densities above the grains' own."""
+    found = []
+    for target in (*case.problem.targets, *case.problem.held_out):
+        densest = values[target.setup]["particle_density"].bounds[1]
+        if target.response == "bulk_density" and target.value > densest:
+            found.append(
+                f"{target.key} = {target.value:g} kg/m3 is above the density of the grains,"
+                f" {densest:g}: correct the row, or particle_density"
+            )
+    return found
+
+
+def _require_interpolable(case: Case, mistakes: Mistakes) -> None:
+    """Note, or raise, what stands against an interpolation of the planned sets."""
+    change = Coordinates(case.problem, case.interpolation.similarity)
+    points = np.unique(change.inward(design_points(case)), axis=0)
+    if case.interpolation.method == "multilinear":
+        if case.plan.design != "grid":
+            raise CalibratorError(
+                'interpolation.method = "multilinear" needs a full grid, and plan.design is'
+                f' "{case.plan.design}": set that to "grid", or the method to "process"'
+            )
+        if change.collapsed:
+            raise CalibratorError(
+                "interpolation.similarity makes the grid one with holes, and the multilinear method"
+                ' needs a full one: remove similarity, or set interpolation.method = "process"'
+            )
+        return
+    key = "the samples of the grid" if case.plan.design == "grid" else "plan.sets"
+    for setup in case.problem.calibration_setups:
+        response = next(t.key for t in case.problem.targets if t.setup == setup)
+        own = [i for i, name in enumerate(change.names) if name in case.problem.seen_by(setup)]
+        try:
+            require_points(response, len(np.unique(points[:, own], axis=0)), len(own))
+        except CalibratorError as error:
+            mistakes.note([f"as planned, {error}; change {key}"])
+
+
+def _require_diagnosable(case: Case, mistakes: Mistakes) -> None:
+    """Note, or raise, what stands against a diagnosis before any of its runs is made."""
+    plan = asked(case, case.observables)
+    for request in plan.requests:
+        for reason in setups.impossible(request.setup, setups.numbers(request)):
+            mistakes.note([f"a run of the diagnosis on {request.setup}: {reason}"])
+    require_enough(case, plan)
