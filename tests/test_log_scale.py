@@ -43,6 +43,8 @@ def test_shares_are_of_the_scale_and_have_their_inverse():
     np.testing.assert_allclose(points, [[1e5, 0.2], [1e7, 0.45], [1e9, 0.7]])
     np.testing.assert_allclose(MODULUS.shares_of(points), [[0, 0], [0.5, 0.5], [1, 1]], atol=1e-15)
     np.testing.assert_allclose(MODULUS.unscaled(MODULUS.scaled(points)), points)
+    odd = Problem((Parameter("young_modulus", 5e6, 50e6, scale="log"),), MODULUS.targets)
+    assert odd.unscaled(odd.scaled_bounds).tolist() == [[5e6], [50e6]]
 
 
 def test_codes_samples_and_boxes_are_even_along_the_logarithm():

@@ -141,12 +141,6 @@ class Parameter:
             return np.asarray(np.log(values / self.low) / np.log(self.high / self.low))
         return (values - self.low) / (self.high - self.low)
 
-    def slope_at(self, values: np.ndarray) -> np.ndarray | float:
-        """Change of the values with their share: the range, or on a log scale in proportion."""
-        if self.scale == "log":
-            return np.asarray(values * math.log(self.high / self.low))
-        return self.high - self.low
-
 
 @dataclass(frozen=True)
 class Target:
@@ -272,7 +266,12 @@ class Problem:
         The worst one counts, in shares of the parameters' scales. NaN breaks nothing.
         """
         columns = dict(zip(self.names, np.asarray(points, float).T, strict=True))
-        slopes = {p.name: p.slope_at(columns[p.name]) for p in self.parameters}
+        slopes = {
+            p.name: columns[p.name] * math.log(p.high / p.low)
+            if p.scale == "log"
+            else p.high - p.low
+            for p in self.parameters
+        }
         found = [c.excess(columns, slopes) for c in self.constraints]
         return np.asarray(np.max([np.zeros(len(points)), *found], axis=0))
 
@@ -314,8 +313,10 @@ class Problem:
     def unscaled(self, points: np.ndarray) -> np.ndarray:
         """The inverse of `scaled`, for points (n, d) of the box."""
         points, logs = np.array(points, float), self._logs
-        inner = np.exp(points[:, logs])  # rounding must not carry it over a bound
-        points[:, logs] = np.clip(inner, self.low[logs], self.high[logs])
+        low, high, inner = self.low[logs], self.high[logs], np.exp(points[:, logs])
+        for bound in (low, high):  # met exactly, whatever rounding makes of its logarithm
+            inner = np.where(points[:, logs] == np.log(bound), bound, inner)
+        points[:, logs] = np.clip(inner, low, high)
         return points
 
     def values_at(self, shares: np.ndarray) -> np.ndarray:

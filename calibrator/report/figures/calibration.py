@@ -115,18 +115,16 @@ def _draw_slice(ax: Axes, panel: Slice, target: float, band: float) -> None:
     ax.plot(panel.positions, panel.mean, color=BLUE, linewidth=1.8)
     # the line may lie on the frame, and is seen there too
     ax.axvline(panel.chosen, color=RED, linewidth=1.3, linestyle="--", clip_on=False)
-    low, high = ax.get_ylim()
+    across = ax.get_xaxis_transform()  # heights as shares of the panel, which keeps its own scale
     fails = panel.runs_fail
-    ax.fill_between(panel.positions, low, high, fails, color=GREY, alpha=0.25, linewidth=0)
-    ax.scatter(
-        panel.failed_at,
-        np.full(len(panel.failed_at), low),
-        20,
-        color=RED,
-        marker="x",
-        clip_on=False,
+    ax.fill_between(
+        panel.positions, 0, 1, fails, color=GREY, alpha=0.25, linewidth=0, transform=across
     )
-    ax.set(xlabel=panel.label, xlim=(panel.positions[0], panel.positions[-1]), ylim=(low, high))
+    ax.scatter(
+        panel.failed_at, 0 * panel.failed_at, 20, color=RED, marker="x", clip_on=False,
+        transform=across,
+    )  # fmt: skip
+    ax.set(xlabel=panel.label, xlim=(panel.positions[0], panel.positions[-1]))
     ax.set_xscale("log" if panel.log else "linear")
     set_ticks(ax)
 
