@@ -51,9 +51,8 @@ def identify(
     is multiplied by 1 + the sum of its squared correlations with the others, which makes k copies
     of one measurement one measurement, and never narrows an interval.
 
-    A Sobol sample of the box supplies the starts; at each of the positions of a parameter the
-    others descend to the smallest chi2, first all over the range, then once more within the 95 %
-    interval found. Random walkers that set out from the profiles then map the region that fits.
+    From a Sobol sample of the box the others descend to the smallest chi2 at each position of a
+    parameter, all over the range and then within the 95 % interval. Random walkers map what fits.
 
     Parameters
     ----------
