@@ -28,12 +28,13 @@ class Verb:
     """A step of the workflow: what it does in words, and where the function is that does it.
 
     function : "module:name" below calibrator, imported only once the verb is called; makes_runs :
-    whether it drives YADE, and so has the folder of the results to itself and reports progress.
+    what it drives YADE for, in a word; it has the folder of the results to itself then and reports
+    progress. Empty where it makes none.
     """
 
     about: str
     function: str
-    makes_runs: bool = False
+    makes_runs: str = ""
 
     def __call__(self, space: Workspace, *more: Any) -> Any:
         """Carry the verb out; returns its outcome."""
@@ -42,22 +43,24 @@ class Verb:
         if not self.makes_runs:
             return verb(space, *more)
         with space.runs.alone():
-            return verb(space, ProgressBar(sys.stderr), *more)
+            return verb(space, ProgressBar(sys.stderr, self.makes_runs), *more)
 
 
 VERBS = {
     "check": Verb("find everything wrong with a case before a run is made", "check:check_case"),
     "plan": Verb("write the yade-batch tables and predict the cost", "plan.forecast:forecast"),
-    "run": Verb("carry out the plan on YADE; resumes", "plan.run:run_plan", True),
+    "run": Verb("carry out the plan on YADE; resumes", "plan.run:run_plan", "database"),
     "collect": Verb("gather finished runs into the response database", "plan.run:collect"),
     "calibrate": Verb(
         "interpolate, search the Pareto front, choose candidates", "search.calibrate:calibrate"
     ),
-    "verify": Verb("run YADE afresh at the candidates", "verification.verify:verify", True),
+    "verify": Verb(
+        "run YADE afresh at the candidates", "verification.verify:verify", "verification"
+    ),
     "validate": Verb(
         "predict measurements that were not used, on other set-ups",
         "verification.verify:validate",
-        True,
+        "validation",
     ),
     "report": Verb(
         "write one self-contained page with figures and tables", "report.page:write_report"
@@ -70,12 +73,12 @@ DIAGNOSIS = {
         "what these observables could say about a missing effect, and which further experiment"
         " would help",
         "diagnosis.preflight:preflight",
-        True,
+        "pre-flight",
     ),
     "diagnose": Verb(
         "find the gap, name the missing effect, show the gap shrink",
         "diagnosis.diagnose:diagnose",
-        True,
+        "diagnosis",
     ),
 }
 """The verbs of the search for a missing effect."""
@@ -94,8 +97,8 @@ REMEDIES = {
 def main(arguments: list[str] | None = None) -> int:
     """Entry point.
 
-    Returns the exit status: 0, 1 where a verification fails or no run can be made here, 2 for bad
-    input, 130 when interrupted.
+    Returns the exit status: 0, 1 where a verification fails, no run of the plan was good or none
+    can be made here, 2 for bad input or a plan given up, 130 when interrupted.
     """
     options = _parser().parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
@@ -195,6 +198,11 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
         action="store_true",
         help="ignore shipped runs of verification and validation only",
     )
+    own.add_argument(
+        "--go-on",
+        action="store_true",
+        help="make all runs, although the first ones failed alike",
+    )
     if verb in ("check", *DIAGNOSIS):
         own.add_argument(
             "--lab", type=_path, metavar="FILE", help="lab file to take instead of the case's own"
@@ -229,7 +237,9 @@ def _workspace(options: argparse.Namespace) -> Workspace:
     if options.verify_afresh:
         case = case.without_shipped_verification()
     folder = options.results / (case.name + ("_fresh" if options.fresh else ""))
-    return Workspace(case, folder, options.fresh, options.engine, _given(options))
+    return Workspace(
+        case, folder, options.fresh, options.engine, _given(options), go_on=options.go_on
+    )
 
 
 def _doctor(options: argparse.Namespace) -> int:
@@ -270,7 +280,7 @@ def _do(options: argparse.Namespace) -> int:
         if not options.json:
             say(f"{verb}: " + "\n".join(outcome.lines()))
         # a missed validation is a finding, not a failure
-        good = good and (verb != "verify" or outcome.passed)
+        good = good and (verb not in ("run", "verify") or outcome.passed)
     if options.json:
         say_json(outcomes if options.verb == "all" else outcomes[options.verb])
     elif options.verb != "all" and verbs[0] != "report":

@@ -3,9 +3,9 @@
 It honours the contract. Responses are a formula with seeded scatter, so that a whole calibration
 has a known answer. What a run does instead is written in misbehave.json of the working folder,
 {"<seed>": what} with what = "crash", "segfault", "memory", "hang", "hang once", "lie", "half",
-"clog" or "nothing"; "all" stands for every seed. With {"once": true} each seed does so the first
-time only. {"duration": seconds} makes runs last, {"yade": version} is what records say, and
-{"clock": seconds} moves the clock while a run is under way.
+"clog", "unstable", "busy", "killed" or "nothing"; "all" stands for every seed. With {"once": true}
+each seed does so the first time only. {"duration": seconds} makes runs last, {"yade": version} is
+what records say, and {"clock": seconds} moves the clock while a run is under way.
 """
 
 import ast
@@ -110,6 +110,10 @@ def trouble(run_id: str, seed: int) -> str:
         sys.exit("fake crash")
     if what == "segfault":
         os.kill(os.getpid(), signal.SIGSEGV)
+    if what == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    while what == "busy":
+        pass
     if what == "memory":
         block = b"x" * 600_000_000
         time.sleep(3600 if block else 0)
@@ -145,6 +149,8 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
         record["parameters"] = {**p, "rolling_friction": p["rolling_friction"] + 1e-9}
     if what == "clog":
         record.update(status="clogged", responses={"bulk_density": responses["bulk_density"]})
+    if what == "unstable":
+        record.update(status="unstable", responses={}, error=f"a grain moves at {scatter.random()}")
     if what == "half":
         os.makedirs("records", exist_ok=True)
         Path("records", run_id + ".json").write_text(json.dumps(record)[:100])

@@ -2,6 +2,8 @@
 
 import ast
 import errno
+import io
+import json
 import os
 import re
 import shlex
@@ -10,6 +12,8 @@ from pathlib import Path
 import pytest
 
 from calibrator.cli import DIAGNOSIS, VERBS, main
+from calibrator.runs.batch import Progress
+from calibrator.terminal import ProgressBar
 from tests.conftest import LAB
 
 
@@ -82,6 +86,42 @@ def test_a_missing_yade_is_one_line_on_stderr_and_a_non_zero_exit(
     assert main(["run", str(write_case()), "--results", str(tmp_path)]) == 2
     error = capsys.readouterr().err
     assert "is not installed" in error and error.count("\n") == 1
+
+
+def misbehaving(tmp_path, **how):
+    """The options of a results folder in which the fake YADE misbehaves."""
+    (tmp_path / "results" / "toy").mkdir(parents=True)
+    (tmp_path / "results" / "toy" / "misbehave.json").write_text(json.dumps(how))
+    return ["--results", str(tmp_path / "results")]
+
+
+def test_a_plan_of_which_every_run_failed_is_no_success(write_case, tmp_path, fake_yade, capsys):
+    few, results = ("sets = 14", "sets = 3"), misbehaving(tmp_path, all="unstable")
+    assert main(["run", str(write_case(few)), *results]) == 1
+    said = capsys.readouterr()
+    assert "6 unstable" in said.out and "database: [" in said.err
+
+
+def test_a_plan_whose_first_runs_fail_alike_is_given_up_and_made_only_where_that_is_asked_for(
+    write_case, tmp_path, fake_yade, capsys
+):
+    path, results = str(write_case()), misbehaving(tmp_path, all="unstable", duration=0.2)
+    for _ in range(2):
+        assert main(["run", path, *results]) == 2
+        error = capsys.readouterr().err
+        assert "all failed alike, unstable" in error and "lower rayleigh_fraction" in error
+    made = (tmp_path / "results" / "toy" / "calls.txt").read_text().split()
+    assert 8 <= len(made) < 28
+    assert main(["run", path, "--go-on", *results]) == 1
+    made = (tmp_path / "results" / "toy" / "calls.txt").read_text().split()
+    assert len(set(made)) >= 28 and len(made) <= 29  # the one in flight was ended, and made again
+
+
+def test_the_progress_names_its_stage_and_what_is_tried_again():
+    stream = io.StringIO()
+    ProgressBar(stream, "validation")(Progress(12, 1, 56, 65.0, 240.0, 2))
+    assert stream.getvalue().startswith("validation: [")
+    assert "12 of 56 runs, 1 failed, 2 tried again, 1:05 gone, 4:00 left" in stream.getvalue()
 
 
 def test_messages_name_commands_through_the_workspace_alone():

@@ -21,7 +21,7 @@ FENCED = {
     "moocore": {"search.nsga2"},
     "matplotlib": {"report.figures"},
     "subprocess": {"runs.local", "runs.slurm", "runs.programs"},
-    "sklearn": {"responses.gaussian_process"},
+    "sklearn": {"responses.gaussian_process", "responses.kernel", "responses.success"},
     "threadpoolctl": {"threads"},
     "pandas": {"runs.database"},
 }

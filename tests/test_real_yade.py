@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.runs import rolling_scans
-from calibrator.case.physics import LARGEST_STEP_SHARE, contact_time
+from calibrator.case.physics import LARGEST_STEP_SHARE, contact_time, rayleigh_time
 from calibrator.case.vocabulary import EFFECTS, RESPONSES, SCRIPTS, parameters_of
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder
@@ -36,6 +36,7 @@ SMALL = {
         seed=3,
     ),
 }
+RAYLEIGH = ("particle_radius", "particle_density", "young_modulus", "poisson_ratio")
 MAY_BE_MISSING = {  # a slope of a few grains cannot be fitted on each side
     "drained_angle_of_repose_deg", "drained_angle_error_deg", "drained_curvature",
     "drained_asymmetry_deg", "mass_flow_rate", "late_early_ratio", "onset_delay",
@@ -146,6 +147,21 @@ def test_an_impossible_geometry_is_an_input_error_with_a_remedy(tmp_path):
     request = Request.of("hourglass", neck_diameter=1.5e-3)
     (record,) = run(RunFolder(tmp_path), [request])
     assert record.status == "input" and "widen the neck" in record.error
+
+
+def test_inelastic_grains_rest_at_the_scripts_step_and_are_unstable_at_a_longer_one(tmp_path):
+    """A fifth of the Rayleigh time is what `check` once advised for a restitution below 0.6."""
+    inelastic = {setup: dict(p, restitution=0.3) for setup, p in SMALL.items()}
+    good = Request.of("ledge", **inelastic["ledge"])
+    crossing = float(rayleigh_time({n: good.value(n) for n in RAYLEIGH}))
+    bad = [Request.of(s, **p, time_step=0.2 * crossing) for s, p in inelastic.items()]
+    first, *others = run(RunFolder(tmp_path / "runs"), [good, *bad])
+    assert (first.status, first.error) == ("ok", "")
+    assert first.diagnostics["time_step"] < 0.1 * crossing
+    assert [r.status for r in others] == ["unstable"] * 3
+    for record in others:
+        assert "a grain moves at" in record.error and "lower time_step" in record.error
+        assert "pouring_velocity" not in record.error and record.responses == {}
 
 
 def test_too_little_simulated_time_is_not_settled(tmp_path):

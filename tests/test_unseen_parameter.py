@@ -59,9 +59,6 @@ def runs_of_both(count=12):
 def test_a_run_has_no_value_of_what_its_set_up_does_not_have():
     points = points_of(BOTH, [r.request for r in runs_of_both(1)])
     assert np.isnan(points).tolist() == [[False, False], [False, True]]
-    assert BOTH.unseen == (
-        "ledge does not have neck_diameter: its responses are interpolated without",
-    )
 
 
 def test_each_response_is_a_function_of_its_own_parameters_alone():

@@ -32,6 +32,9 @@ from yade import FrictMat, FrictMatCDM, Ip2_FrictMat_FrictMat_MindlinPhys, IPhys
 GRAVITY = 9.81
 WALL_RADIUS_RATIO = 1e8
 LARGEST_STEP_SHARE = 0.28
+# of the damped step of a grain on a shear spring, and times its damping ratio: found on poured beds
+# (benchmarks/runs/damped_step.py)
+LARGEST_DAMPED_SHARE, CROWD = 0.8, 6.0
 # kinetic energy over m g d: grains that still rock, in a heap that no longer moves
 FILLING_ENERGY_RATIO = 5e-4
 SIZE_CLASSES = 7
@@ -115,17 +118,53 @@ def rayleigh_time(p):
 
 
 def time_step(p):
-    """The fixed step [s] of the request, else its share of the Rayleigh time, or less if soft.
+    """The fixed step [s] of the request, else its share of the Rayleigh time, or less if needed.
 
     The fraction bounds the error of single impacts. For grains that are soft for their weight
     another limit comes first: single grains between two others rock and never come to rest. It goes
     with the period of a grain on the springs of its resting contacts, and was found by trial
-    (benchmarks/runs/step_limit.py).
+    (benchmarks/runs/step_limit.py). For inelastic grains it is the damping (damped_step).
     """
     p = dict(p, particle_radius=smallest_radius(p))  # the smallest spheres are the fastest
     inertia = 0.4 * grain_mass(p) * p["particle_radius"] ** 2
     largest = LARGEST_STEP_SHARE * math.sqrt(inertia / turning_spring(p))
-    return p["time_step"] or min(p["rayleigh_fraction"] * rayleigh_time(p), largest)
+    fraction = p["rayleigh_fraction"] * rayleigh_time(p)
+    return p["time_step"] or min(fraction, largest, damped_step(p))
+
+
+def damped_step(p):
+    """Longest step [s] at which the damping of contacts does not shake a bed.
+
+    YADE takes forces from the velocity of half a step before. An oscillator with frequency omega
+    and damping ratio zeta then is stable for omega dt < 2 (sqrt(1 + zeta^2) - zeta), which
+    tests/physics finds on a held grain, and first for its spin: YADE caps the elastic shear force
+    of a contact by friction, but not the damping beside it. In a bed a grain is damped by all its
+    contacts at once: zeta = CROWD betan, and omega that of its spin on one shear spring k_t r^2
+    under five grain weights, over a factor. Both were found by trial, and hold from a restitution
+    of 0.3 up (benchmarks/runs/damped_step.py).
+    """
+    radius, zeta = p["particle_radius"], CROWD * damping_ratio(p["restitution"])
+    inertia = 0.4 * grain_mass(p) * radius**2
+    # 4 k_t (r/2)^2 = k_t r^2
+    spring = stiff_rolling_spring(dict(p, rolling_stiffness_ratio=4.0), radius / 2)
+    free = math.sqrt(inertia / spring)
+    return LARGEST_DAMPED_SHARE * free * (math.sqrt(1 + zeta * zeta) - zeta)
+
+
+def random_speed(p):
+    """Scale [m/s] of the random part of a grain's first velocity, in each direction."""
+    return 0.5 * (GRAVITY * 2 * p["particle_radius"]) ** 0.5
+
+
+def possible_speed(p, height):
+    """Speed [m/s] that no grain exceeds by much which starts a filling at up to a height [m].
+
+    Its start, the fall, and twice the speed of a set-up that vibrates.
+    """
+    shaking = p.get("shaking", 0.0)
+    swing = shaking * GRAVITY / (math.pi * p["shaking_frequency"]) if shaking else 0.0
+    fall = (2 * GRAVITY * (1 + shaking) * height) ** 0.5
+    return p["pouring_velocity"] + 3**0.5 * random_speed(p) + fall + swing
 
 
 def filling_energy(p):

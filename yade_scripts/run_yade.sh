@@ -1,6 +1,7 @@
 #!/bin/sh
-# yade-batch's --executable: runs one table line with what yade-batch itself lacks, a lock and a time limit.
-# Called in the case's result folder with YADE_BATCH=<table>:<line> and CALIBRATOR_TIME_LIMIT in seconds;
+# yade-batch's --executable: runs one table line with what yade-batch itself lacks, a lock and time limits.
+# Called in the case's result folder with YADE_BATCH=<table>:<line>, CALIBRATOR_CPU_LIMIT in seconds of CPU time,
+# which a busy machine does not use up, and CALIBRATOR_TIME_LIMIT, in seconds by the clock, for runs that hang.
 # CALIBRATOR_YADE is the yade to call, where it is not the one on the PATH.
 table=${YADE_BATCH%:*}
 line=${YADE_BATCH##*:}
@@ -19,4 +20,7 @@ flock -w "$CALIBRATOR_TIME_LIMIT" 9 || exit 124
 rm -f "locks/$run_id.table"
 printf '%s\n' "$request" > "locks/$run_id.table" || exit 2
 export YADE_BATCH="locks/$run_id.table:2"
+# YADE inherits the limit and dies of signal 24 (status 152); a core dump of it would help nobody.
+ulimit -S -c 0
+[ -z "$CALIBRATOR_CPU_LIMIT" ] || ulimit -S -t "$CALIBRATOR_CPU_LIMIT" || exit 2
 exec timeout --foreground --kill-after=10 "$CALIBRATOR_TIME_LIMIT" "${CALIBRATOR_YADE:-yade}" -n "$@"

@@ -1,6 +1,5 @@
 """What every set-up script does around its simulation: request, scene, record."""
 
-import ctypes
 import hashlib
 import math
 import os
@@ -29,9 +28,11 @@ from yade import config
 import contract
 import effects
 import material
+import quiet
 import stop
 
 _members = {}  # {id of a clump: ids of its spheres}; empty where grains are spheres
+_possible = {"speed": math.inf}  # what gravity can give a grain of this scene [m/s]
 _sizes = {}  # {id: (radius [m], mass [kg])} of grains of several sizes; empty where all are alike
 
 NOMINAL_FRACTION = 0.57
@@ -67,6 +68,8 @@ def main(setup, simulate):
         record.update(status="input", responses={}, error=str(error))
     except stop.NotSettled as error:
         record.update(status="not_settled", responses={}, error=str(error))
+    except stop.Unstable as error:
+        record.update(status="unstable", responses={}, error=str(error))
     except Exception as error:
         record.update(status="crash", responses={}, error="%s: %s" % (type(error).__name__, error))
         record["traceback"] = traceback.format_exc()
@@ -127,22 +130,6 @@ def engines(p):
     ]
 
 
-def silence_log():
-    """Switch YADE's log off where that is possible: it looks at every grain near a facet.
-
-    That takes a tenth of a run (benchmarks/runs/dem_cost.py), and Python has no switch for it.
-    What goes wrong raises exceptions, which are kept in the record.
-    """
-    try:
-        library, core = ctypes.CDLL(None), (ctypes.c_void_p * 2)()
-        library._ZN5boost3log11v2_mt_posix4core3getEv(ctypes.byref(core))
-        library._ZN5boost3log11v2_mt_posix4core19set_logging_enabledEb(
-            ctypes.c_void_p(core[0]), ctypes.c_bool(False)
-        )
-    except AttributeError:
-        pass  # another build of YADE, with another log
-
-
 def states_of(ids):
     """The grains' states: asking for a body by number costs more than reading its state."""
     return [O.bodies[i].state for i in ids]
@@ -150,7 +137,7 @@ def states_of(ids):
 
 def start(p):
     """Set step and engines; returns the grain and wall materials, added to the scene."""
-    silence_log()
+    quiet.silence_log()
     _sizes.clear()
     _members.clear()
     O.dt = material.time_step(p)
@@ -211,8 +198,9 @@ def _spheres(ids):
 
 def _launched(p, ids, rng):
     """Give grains their velocities and the effects that act on them; returns the ids."""
-    random_speed = 0.5 * (material.GRAVITY * 2 * p["particle_radius"]) ** 0.5
-    for i, velocity in zip(ids, rng.normal(0, random_speed, (len(ids), 3)), strict=True):
+    for i, velocity in zip(
+        ids, rng.normal(0, material.random_speed(p), (len(ids), 3)), strict=True
+    ):
         O.bodies[i].state.vel = (velocity[0], velocity[1], velocity[2] - p["pouring_velocity"])
     loop = list(O.engines)
     O.engines = loop[:-1] + effects.engines(p, _spheres(ids)) + loop[-1:]
@@ -229,19 +217,20 @@ def pouring_rate(p, centres):
 def fill(p, ids, diagnostics):
     """Let the cloud fall and settle; a set-up that vibrates does so from then on.
 
-    Raises NotSettled where a grain has left the vessel: it would fall for ever.
+    Raises Unstable where a grain is too fast, NotSettled where one has left the vessel: it would
+    fall for ever.
     """
     begin, states, energy = O.time, states_of(ids), material.filling_energy(p)
-    not_before, lost = (
-        begin + stop.fall_time(states[-1].pos[2], material.GRAVITY) / 2,
-        -10 * material.largest_reach(p),
-    )
+    top = states[-1].pos[2]
+    not_before = begin + stop.fall_time(top, material.GRAVITY) / 2
+    lost = -10 * material.largest_reach(p)
+    _possible["speed"] = material.possible_speed(p, top)
+    slower = " or a lower pouring_velocity" if p["pouring_velocity"] > 0 else ""
 
     def settled():
+        stop.check_speed(states, _possible["speed"], O.dt, "filling")
         if any(state.pos[2] < lost for state in states):
-            raise stop.NotSettled(
-                "filling: a grain has left the vessel: try another seed or a lower pouring_velocity"
-            )
+            raise stop.NotSettled("filling: a grain has left the vessel: try another seed" + slower)
         return O.time > not_before and kinetic_energy(p, states) < energy
 
     clock = time.process_time()
@@ -316,7 +305,9 @@ def at_rest(p, ids, states):
     Of clumps those are left out that stand on end and spin about their only contact, as single
     spheres do, too (stop.mean_kinetic_energy): a clump's centre is not quite above the contact and
     circles with it. Nothing is at rest on a set-up that still vibrates.
+    Raises Unstable where a grain is too fast.
     """
+    stop.check_speed(states, _possible["speed"], O.dt, "release")
     if effects.shakes():
         return False
     energy, limit = kinetic_energy(p, states), p["rest_kinetic_energy"]

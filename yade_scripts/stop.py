@@ -6,10 +6,15 @@ import time
 from yade import O, PyRunner
 
 _watch = {"look": None, "error": None}
+FAR_ABOVE = 5  # times the speed that gravity can give: no collision of grains multiplies it so
 
 
 class NotSettled(Exception):
     """The longest simulated time passed first."""
+
+
+class Unstable(Exception):
+    """A grain is faster than gravity can make it: the time step is too long."""
 
 
 def run_until(look, interval, longest, what):
@@ -68,6 +73,22 @@ def mean_kinetic_energy(states, mass=None):
         square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
         total += square if mass is not None else square * state.mass
     return 0.5 * (1 if mass is None else mass) * total / len(states) if states else 0.0
+
+
+def check_speed(states, possible, step, what):
+    """Raise Unstable where a grain is far above the speed [m/s] that is physically possible.
+
+    step : the time step [s], which then is too long.
+    """
+    limit = FAR_ABOVE * possible
+    # not (a <= b), so that a speed that is no number any more counts as well
+    wrong = [speed for state in states if not (speed := state.vel.norm()) <= limit]
+    if wrong:
+        raise Unstable(
+            "%s: a grain moves at %.3g m/s, gravity gives it %.3g at most: the time step of %.3g s"
+            " is unstable: lower time_step where it is fixed, else rayleigh_fraction"
+            % (what, max(wrong), possible, step)
+        )
 
 
 def mean_rotational_energy(states, mass, radius):

@@ -23,7 +23,7 @@ from benchmarks.runs.rolling_scans import grain_mass, passed, responses
 from calibrator.case.physics import GRAVITY, rayleigh_time, time_step
 from calibrator.runs.request import Request
 
-import packing  # isort: skip  (benchmarks.runs.dem puts the scripts' folder on the path)
+import packing  # isort: skip  (benchmarks.runs.liggghts_hourglass put the scripts on the path)
 
 COMMANDS = {"LAMMPS": "lmp", "LAMMPS displacement": "lmp", "LIGGGHTS": "liggghts"}
 SHEAR = {"LAMMPS": "mindlin/force", "LAMMPS displacement": "mindlin"}

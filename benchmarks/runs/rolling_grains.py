@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-import benchmarks.runs.dem  # noqa: F401 - it puts the scripts' folder on the path
+import benchmarks.runs.liggghts_hourglass  # noqa: F401 - it puts the scripts' folder on the path
 from benchmarks.runs.rolling_scans import grain_mass
 from calibrator.case.physics import GRAVITY
 from calibrator.runs.setups import NOMINAL_FRACTION

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-import benchmarks.runs.dem  # noqa: F401 - it puts the scripts' folder on the path
+import benchmarks.runs.liggghts_hourglass  # noqa: F401 - it puts the scripts' folder on the path
 
 import measure  # isort: skip
 

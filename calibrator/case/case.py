@@ -10,6 +10,7 @@ from pathlib import Path
 from calibrator.case.lab import Nuisance, Observable
 from calibrator.case.problem import Problem
 from calibrator.case.settings import (
+    ADAPTIVE_REPLICATED,
     MOST_RUNS,
     Cluster,
     Condition,
@@ -61,6 +62,9 @@ class Case:
         )
         runs = sets * self.plan.replicates * len(self.problem.calibration_setups)
         _require_seen(self.problem)
+        _require_whole_grid(self)
+        if self.plan.design == "adaptive":
+            _require_start(self.plan, len(self.problem.calibration_setups))
         if runs > MOST_RUNS:
             raise CalibratorError(
                 f"the plan has {runs:,} runs: lower samples, sets or replicates to at most"
@@ -105,3 +109,23 @@ def _require_seen(problem: Problem) -> None:
                 " set-up has a target: remove it, or calibrate a target of"
                 f" {' or '.join(PARAMETERS[name].setups)}"
             )
+
+
+def _require_whole_grid(case: Case) -> None:
+    """Raise CalibratorError for a multilinear interpolant of a grid that constraints cut into."""
+    if case.interpolation.method == "multilinear" and case.problem.constraints:
+        raise CalibratorError(
+            "multilinear interpolation needs every set of the grid, also those that the constraints"
+            ' rule out: set interpolation.method = "process", or remove the constraints'
+        )
+
+
+def _require_start(plan: Plan, setups: int) -> None:
+    """Raise CalibratorError where an adaptive design begins with more runs than it may make."""
+    replicated = min(plan.replicated_sets or ADAPTIVE_REPLICATED, plan.sets)
+    runs = setups * (plan.sets + replicated * (plan.replicates - 1))
+    if runs > plan.most_runs:
+        raise CalibratorError(
+            f"the adaptive design starts with {runs} runs, more than plan.most_runs ="
+            f" {plan.most_runs}: raise it, or lower plan.sets or plan.replicates"
+        )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,6 +23,9 @@ unbiased and the bulk responses do not move (benchmarks/runs/same_responses.py).
 
 LARGEST_STEP_SHARE = 0.28
 """The scripts' bound on the step, as a share of the contact time (yade_scripts/material.py)."""
+
+LARGEST_DAMPED_SHARE, CROWD = 0.8, 6.0
+"""Of the scripts' bound for the damping of inelastic grains (yade_scripts/material.py)."""
 
 
 def rayleigh_time(columns: Columns) -> np.ndarray:
@@ -53,8 +57,54 @@ def time_step(p: Mapping[str, float]) -> float:
     """The scripts' time step [s] for grains of one size: yade_scripts/material.py."""
     rayleigh = float(rayleigh_time({n: np.array(v) for n, v in p.items()}))
     return p["time_step"] or min(
-        p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p)
+        p["rayleigh_fraction"] * rayleigh, LARGEST_STEP_SHARE * contact_time(p), damped_step(p)
     )
+
+
+def damped_step(p: Mapping[str, float]) -> float:
+    """Longest step [s] at which the damping of contacts does not shake a bed.
+
+    With zeta = CROWD betan, (sqrt(1 + zeta^2) - zeta) of the longest one without damping: why, and
+    how it was found, is in yade_scripts/material.py.
+    """
+    zeta = CROWD * damping_ratio(p["restitution"])
+    return LARGEST_DAMPED_SHARE * _turning_time(p, 4.0) * (math.sqrt(1 + zeta * zeta) - zeta)
+
+
+def damped_steps(columns: Columns) -> np.ndarray:
+    """That step [s] of each row (n,) of the columns."""
+    names = ("particle_radius", "particle_density", "young_modulus", "poisson_ratio", "restitution")
+    rows = np.stack(np.broadcast_arrays(*(np.ravel(columns[n]) for n in names)), axis=1)
+    own, place = np.unique(rows, axis=0, return_inverse=True)
+    found = [damped_step(dict(zip(names, map(float, row), strict=True))) for row in own]
+    return np.array(found)[np.ravel(place)]
+
+
+def floored(number: float) -> str:
+    """A positive number rounded down to two digits: a limit that is told must be kept by it."""
+    unit = 10.0 ** (math.floor(math.log10(number)) - 1)
+    return f"{math.floor(number / unit * (1 + 1e-9)) * unit:.2g}"
+
+
+@lru_cache(maxsize=4096)
+def damping_ratio(restitution: float) -> float:
+    """YADE's betan that gives the restitution, by bisection: yade_scripts/material.py."""
+    low, high = 0.0, 50.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _restitution_of(middle) > restitution else (low, middle)
+    return low
+
+
+def _restitution_of(betan: float) -> float:
+    """Restitution of an impact under Hertz' spring and a damping of 2 betan sqrt(m k_n)."""
+    x, v, dt = 0.0, 1.0, 4.0 / 1000
+    while x >= 0:
+        elastic: float = x**1.5
+        force = elastic + betan * math.sqrt(6) * x**0.25 * v
+        v -= dt * (force if force > 0 else elastic)
+        x += dt * v
+    return -v
 
 
 def contact_overlap(p: Mapping[str, float]) -> float:
@@ -70,9 +120,14 @@ def contact_time(p: Mapping[str, float]) -> float:
 
     k is the mean of what the shear and the rolling spring turn it by: yade_scripts/material.py.
     """
+    default = PARAMETERS["rolling_stiffness_ratio"].default
+    rolling = p.get("rolling_stiffness_ratio", default)
+    return _turning_time(p, 0.5 * (4.0 + rolling))  # type: ignore[operator]
+
+
+def _turning_time(p: Mapping[str, float], ratio: float) -> float:
+    """Time sqrt(I/k) [s] with k = ratio k_t (r/2)^2, k_t that under five grain weights."""
     radius, poisson, young = p["particle_radius"], p["poisson_ratio"], p["young_modulus"]
     mass, overlap = 4 / 3 * math.pi * radius**3 * p["particle_density"], contact_overlap(p)
     shear = 8 * young / (2 * (1 + poisson)) / (2 * (2 - poisson)) * math.sqrt(radius / 2 * overlap)
-    default = PARAMETERS["rolling_stiffness_ratio"].default
-    ratio = 0.5 * (4.0 + p.get("rolling_stiffness_ratio", default))  # type: ignore[operator]
     return math.sqrt(0.4 * mass * radius**2 / (ratio * shear * (radius / 2) ** 2))

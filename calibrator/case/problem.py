@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from calibrator.case.constraints import Constraint, require_room
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
@@ -140,6 +141,12 @@ class Parameter:
             return np.asarray(np.log(values / self.low) / np.log(self.high / self.low))
         return (values - self.low) / (self.high - self.low)
 
+    def slope_at(self, values: np.ndarray) -> np.ndarray | float:
+        """Change of the values with their share: the range, or on a log scale in proportion."""
+        if self.scale == "log":
+            return np.asarray(values * math.log(self.high / self.low))
+        return self.high - self.low
+
 
 @dataclass(frozen=True)
 class Target:
@@ -214,8 +221,9 @@ class Target:
 class Problem:
     """What is calibrated against what: parameters, targets used and held out, fixed values.
 
-    fixed : values of all set-ups by name; setups : values of single set-ups, which win over those.
-    Raises CalibratorError where a name is given twice or nothing is to be calibrated.
+    fixed : values of all set-ups by name; setups : values of single set-ups, which win over those;
+    constraints : what the parameters' values must fulfil together. Raises CalibratorError where a
+    name is given twice, nothing is to be calibrated, or constraints leave next to nothing.
     """
 
     parameters: tuple[Parameter, ...]
@@ -223,6 +231,7 @@ class Problem:
     held_out: tuple[Target, ...] = ()
     fixed: dict[str, Value] = field(default_factory=dict)
     setups: dict[str, dict[str, Value]] = field(default_factory=dict)
+    constraints: tuple[Constraint, ...] = ()
 
     def __post_init__(self) -> None:
         mistakes = Mistakes()
@@ -253,6 +262,19 @@ class Problem:
                 for name in sorted(own.keys() & {*names, "seed"})
             )
         mistakes.raise_any()
+        require_room(
+            self.constraints, lambda shares: self.excess(self.values_at(shares)), len(names)
+        )
+
+    def excess(self, points: np.ndarray) -> np.ndarray:
+        """By how much (n,) points (n, d) break the constraints; 0 where all hold.
+
+        The worst one counts, in shares of the parameters' scales. NaN breaks nothing.
+        """
+        columns = dict(zip(self.names, np.asarray(points, float).T, strict=True))
+        slopes = {p.name: p.slope_at(columns[p.name]) for p in self.parameters}
+        found = [c.excess(columns, slopes) for c in self.constraints]
+        return np.asarray(np.max([np.zeros(len(points)), *found], axis=0))
 
     @property
     def names(self) -> list[str]:
@@ -264,20 +286,9 @@ class Problem:
         return [n for n in self.names if setup in PARAMETERS[n].setups]
 
     def only(self, names: Sequence[str]) -> Problem:
-        """The same problem with these of its parameters alone."""
-        return replace(self, parameters=tuple(p for p in self.parameters if p.name in names))
-
-    @property
-    def unseen(self) -> tuple[str, ...]:
-        """A sentence for each set-up with a target that does not take every parameter."""
-        blind = {
-            s: [n for n in self.names if n not in self.seen_by(s)] for s in self.calibration_setups
-        }
-        return tuple(
-            f"{s} does not have {' and '.join(names)}: its responses are interpolated without"
-            for s, names in blind.items()
-            if names
-        )
+        """The same problem with these of its parameters alone, and without constraints."""
+        own = tuple(p for p in self.parameters if p.name in names)
+        return replace(self, parameters=own, constraints=())
 
     @property
     def low(self) -> np.ndarray:

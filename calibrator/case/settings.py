@@ -14,6 +14,7 @@ from calibrator.case.vocabulary import EFFECTS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
 MOST_RUNS = 1_000_000  # of a plan; a slip of the pen is refused before it fills the memory
+ADAPTIVE_REPLICATED = 2  # sets of an adaptive design's start: enough to pool the seed noise from
 MOST_EVALUATIONS = 10**9  # of a search, likewise
 
 
@@ -24,8 +25,8 @@ class Plan:
     replicated_sets bounds how many sets, the cheapest to simulate, get their replicates; the others
     are run once. 0: all. design = "adaptive" starts with `sets` of the Sobol sequence, two of them
     replicated (unless replicated_sets says otherwise), and then chooses each run by what the
-    earlier ones say, until `replicates` runs at one set meet every target or `most_runs` are made
-    (see `adaptive`).
+    earlier ones say, until `replicates` runs at one set meet every target or `most_runs` are made,
+    of all set-ups, the failed ones and those of a shipped database counted (see `adaptive`).
     """
 
     design: str = "sobol"
@@ -145,10 +146,11 @@ class Validation(Replicates):
 class Running:
     """How runs are carried out.
 
-    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails;
-    budget_core_hours stops a plan that is too large; shipped : a database to start from; yade : the
-    build of YADE, as a name on the PATH or an absolute path, whose own yade-batch is called as it
-    with "-batch" behind. A case may come from anybody: what it names must be called yade-something.
+    jobs : at a time, 0 takes every core it is allowed; attempts : at a run that fails, or takes ten
+    times its predicted CPU time; budget_core_hours [h] : what one command may spend, asked before
+    each batch of runs; shipped : a database to start from; yade : the build of YADE, as a name on
+    the PATH or an absolute path, whose own yade-batch is called as it with "-batch" behind. A case
+    may come from anybody: what it names must be called yade-something.
     """
 
     jobs: int = 0

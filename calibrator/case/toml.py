@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from calibrator.case.case import Case
 from calibrator.case.codec import Table, build, typed
+from calibrator.case.constraints import Constraint, read_constraint
 from calibrator.case.lab import Nuisance, Observable, read_lab, read_nuisances
 from calibrator.case.problem import Parameter, Problem, Target, Value, checked_value, known
 from calibrator.case.settings import (
@@ -52,6 +53,7 @@ KEYS = (
     "setups",
     "targets",
     "truth_file",
+    "constraints",
     "conditions",
     *SECTIONS,
 )
@@ -88,6 +90,10 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
     ):
         with mistakes.noted():
             own[part] = read(tables)
+    if "parameters" in own and "fixed" in own:
+        with mistakes.noted():
+            names = [p.name for p in own["parameters"]]
+            own["constraints"] = _constraints(tables, names, own["fixed"])
     if "measured" in own:
         with mistakes.noted():
             own.update(_measurements(own["measured"], tables, own, settings, path))
@@ -99,6 +105,7 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
         held_out=tuple(t for role, t in targets if role == "held_out"),
         fixed=own.pop("fixed"),
         setups=own.pop("setups"),
+        constraints=own.pop("constraints"),
     )
     return Case(tables["name"], path, problem, **own, **settings)
 
@@ -260,6 +267,15 @@ def _fixed(tables: Table) -> dict[str, Value]:
             "seed cannot be fixed: replicates need different seeds; set plan.seed instead"
         )
     return fixed
+
+
+def _constraints(
+    tables: Table, calibrated: list[str], fixed: dict[str, Value]
+) -> tuple[Constraint, ...]:
+    """The inequalities of the key `constraints`."""
+    given = typed("constraints", tuple[str, ...], tables.get("constraints", []))
+    numbers = {n: float(v) for n, v in fixed.items() if not isinstance(v, str)}
+    return tuple(c for text in given for c in read_constraint(text, calibrated, numbers))
 
 
 def _parameter(name: str, spec: Any) -> Parameter:

@@ -40,6 +40,7 @@ def _basis(case: Case, observables: Sequence[Observable], records: Iterable[Reco
     return fingerprint(
         {
             "parameters": case.problem.parameters,
+            "constraints": case.problem.constraints,
             "fixed values": case.problem.fixed,
             "set-ups": case.problem.setups,
             "conditions": case.conditions,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -19,13 +20,13 @@ from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 from calibrator.runs.workspace import (
+    Budget,
     Report,
     Workspace,
     carry_out,
     for_new_seeds,
     made_by,
     silent,
-    work_left,
 )
 
 
@@ -157,14 +158,10 @@ def carried_out(
     Raises CalibratorError where they are beyond the budget, unless `yes`.
     """
     space = for_new_seeds(space, space.case.diagnosis)
-    missing, hours = work_left(space, requests)
-    if hours > space.case.diagnosis.budget_core_hours and not yes:
-        raise CalibratorError(
-            f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
-            f" diagnosis.budget_core_hours = {space.case.diagnosis.budget_core_hours:g}: call again"
-            " with --yes, raise that budget, or ask for fewer sets"
-        )
-    return {r.run_id: r for r in carry_out(space, requests, report)}
+    hours = math.inf if yes else space.case.diagnosis.budget_core_hours
+    remedy = "call again with --yes, raise that budget, or ask for fewer sets"
+    budget = Budget("diagnosis.budget_core_hours", hours, remedy)
+    return {r.run_id: r for r in carry_out(space, requests, report, budget)}
 
 
 def by_experiment(

@@ -16,10 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.problem import Problem, Target
+from calibrator.errors import CalibratorError
 from calibrator.responses.box import refined, sample_of
 from calibrator.responses.fit import fit_responses
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.objectives import OBJECTIVES
+from calibrator.responses.success import Success
 from calibrator.responses.targets import bands, chances, log_within, met
 
 SAMPLE = 2**12  # points of the box that are looked at before the best is refined
@@ -37,7 +39,8 @@ AROUND = 0.1  # of the range: runs this close to the least bad set count as trie
 class Settings:
     """How an adaptive design goes about it.
 
-    replicates : runs that confirm a recommended set; budget : runs in all; confidence : probability
+    replicates : runs that confirm a recommended set; budget : runs in all, the failed ones counted;
+    confidence : probability
     of passing from which a set is worth confirming; assurance : probability, all runs considered,
     that the mean of infinitely many runs would pass too, without which runs that pass confirm
     nothing; patience : runs around the least bad set before targets are said to be out of reach.
@@ -77,7 +80,8 @@ def propose(
     values: np.ndarray,
     settings: Settings,
     similarity: bool = False,
-    failed: np.ndarray | None = None,
+    success: Success | None = None,
+    left: int | None = None,
 ) -> Proposal:
     """The next runs, given all runs so far.
 
@@ -89,25 +93,58 @@ def propose(
         repeated
     values : (n, t) the targets' responses, NaN where a run has none
     similarity : see `coordinates`
-    failed : (f, d) sets whose runs failed; no set near one is proposed
+    success : where runs succeed, which is everywhere unless given; no set near a failed one is
+        proposed, and none whose runs are likely to fail
+    left : sets that may still be run once; what the budget leaves after these runs, unless given
 
     Raises
     ------
-    CalibratorError : the runs are too few or too poor to be interpolated
+    CalibratorError : the runs are too poor to be interpolated, and none are left
     """
+    success = success or Success(problem, ())
+    left = settings.budget - len(points) if left is None else left
+    if few := _too_few(problem, values, points):
+        return _next_unlike(problem, points, success, left, few)
     interpolant = fit_responses(
         problem, points, values, [t.key for t in problem.targets], similarity=similarity
     )
     confirmed = _confirmed(problem, interpolant, points, values, settings)
     if confirmed is not None:
         return confirmed
-    best, chance = most_likely(problem, interpolant, settings.replicates, failed)
+    best, chance = most_likely(problem, interpolant, settings.replicates, success)
     best = _existing(problem, points, best)
-    if len(points) >= settings.budget:
-        words = f"all {settings.budget} runs of the budget are used"
+    if left < 1:
+        words = f"the budget of {settings.budget} runs is used, and no set is confirmed"
         return Proposal("budget", _no_points(problem), best, chance, words)
-    stuck = _unreachable(problem, interpolant, points, best, chance, settings)
-    return stuck or _next_runs(best, chance, settings)
+    stuck = _unreachable(problem, interpolant, points, best, chance, settings, success)
+    return stuck or _next_runs(best, chance, settings, left)
+
+
+def _too_few(problem: Problem, values: np.ndarray, points: np.ndarray) -> str:
+    """The target that was measured at too few sets for a process, in words; empty where none is."""
+    for target, column in zip(problem.targets, values.T, strict=True):
+        sets = len(np.unique(points[np.isfinite(column)], axis=0))
+        needed = len(problem.seen_by(target.setup)) + 2
+        if sets < needed:
+            return f"{target.key} was measured at {sets} sets, of the {needed} that it takes"
+    return ""
+
+
+def _next_unlike(
+    problem: Problem, points: np.ndarray, success: Success, left: int, few: str
+) -> Proposal:
+    """A run far from all others, where it is likely to succeed; CalibratorError if none is left."""
+    if left < 1:
+        said = "; ".join(part.said for part in success.parts if part.said)
+        raise CalibratorError(
+            f"the design used its budget, and {few}{f' ({said})' if said else ''}: raise"
+            " plan.most_runs, or change what makes runs fail"
+        )
+    sample = success.among(sample_of(problem, 2**8, np.random.default_rng(4)))
+    known = problem.shares_of(np.concatenate([points, success.failed]))
+    away = np.abs(problem.shares_of(sample)[:, None] - np.nan_to_num(known, nan=0.5)).max(axis=2)
+    best = sample[np.argmax(away.min(axis=1))]
+    return Proposal("explore", best[None], best, 0.0, f"a run far from all others, as {few}")
 
 
 def _confirmed(
@@ -135,21 +172,26 @@ def _unreachable(
     best: np.ndarray,
     chance: float,
     settings: Settings,
+    success: Success,
 ) -> Proposal | None:
     """The end of a design whose targets stay out of reach after enough tries around best (d,)."""
     around = int((_distance(problem, points, best) <= AROUND).sum())
-    short = shortfall(problem, interpolant)
+    short = shortfall(problem, interpolant, success)
     if not (short > FAR_SHORT or (short > SHORT and around >= settings.patience)):
         return None
-    least, off = least_bad(problem, interpolant, settings.replicates)
-    words = f"the targets cannot be met together, by {short:.1f} standard errors: {off}"
+    least, off = least_bad(problem, interpolant, settings.replicates, success)
+    where = "" if success.certain else " where runs succeed"
+    words = f"the targets cannot be met together{where}, by {short:.1f} standard errors: {off}"
     return Proposal("unreachable", _no_points(problem), least, chance, words)
 
 
-def _next_runs(best: np.ndarray, chance: float, settings: Settings) -> Proposal:
-    """Runs at the likeliest set (d,): as many as confirm it where it is likely enough, or one."""
+def _next_runs(best: np.ndarray, chance: float, settings: Settings, left: int) -> Proposal:
+    """Runs at the likeliest set (d,): as many as confirm it where it is likely enough, or one.
+
+    left : runs that may still be made.
+    """
     if chance >= settings.confidence:
-        repeated = np.repeat(best[None], settings.replicates, axis=0)
+        repeated = np.repeat(best[None], min(settings.replicates, left), axis=0)
         words = f"{len(repeated)} runs at a set that passes with {chance:.0%}"
         return Proposal("confirm", repeated, best, chance, words)
     words = f"a run at the likeliest set, which passes with {chance:.0%}"
@@ -201,21 +243,24 @@ def is_met(targets: Sequence[Target], values: np.ndarray, noise: np.ndarray) -> 
 
 
 def most_likely(
-    problem: Problem, interpolant: Interpolant, replicates: int, failed: np.ndarray | None = None
+    problem: Problem, interpolant: Interpolant, replicates: int, success: Success
 ) -> tuple[np.ndarray, float]:
     """The set (d,) most likely to be confirmed, and that probability.
 
-    Among those of the sample whose probability is within a tenth of the highest, the cheapest by
-    the paper's O2.
+    Its runs have to succeed for that. Among those of the sample whose probability is within a tenth
+    of the highest, the cheapest by the paper's O2.
     """
     rng = np.random.default_rng(1)
 
     def loss(candidates: np.ndarray) -> np.ndarray:
         mean, error = interpolant.predict_with_error(candidates)
         found = -chances(problem.targets, mean, error, interpolant.noise, replicates)
-        return np.where(_near_any(problem, candidates, failed), np.inf, found)
+        found -= np.log(np.maximum(success.probability(candidates), 1e-300))
+        # beyond any loss, and yet the nearest of these is the least where there is no other
+        unlikely = 1e300 * success.shortfall(candidates)
+        return np.where(_near_any(problem, candidates, success.failed), np.inf, found + unlikely)
 
-    sample = sample_of(problem, SAMPLE, rng)
+    sample = success.among(sample_of(problem, SAMPLE, rng))
     best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
     sample = np.concatenate([sample, best[None]])
     losses = loss(sample)
@@ -225,28 +270,29 @@ def most_likely(
     return sample[chosen], math.exp(-losses[chosen])
 
 
-def _near_any(problem: Problem, candidates: np.ndarray, failed: np.ndarray | None) -> np.ndarray:
-    """Which candidates (k,) lie near a set whose runs failed."""
+def _near_any(problem: Problem, candidates: np.ndarray, failed: np.ndarray) -> np.ndarray:
+    """Which candidates (k,) lie near a set whose runs failed, one of failed (f, d)."""
     near = np.zeros(len(candidates), bool)
-    for one in failed if failed is not None else ():
+    for one in failed:
         near |= _distance(problem, candidates, one) <= 2 * NEAR
     return near
 
 
 def least_bad(
-    problem: Problem, interpolant: Interpolant, replicates: int
+    problem: Problem, interpolant: Interpolant, replicates: int, success: Success
 ) -> tuple[np.ndarray, str]:
-    """The set (d,) whose worst target is missed by least, and by how much it is missed, in words.
+    """The set (d,) whose worst target is missed by least, and by how much, in words.
 
-    A target's unit is its band.
+    It is one that is likely to run. A target's unit is its band.
     """
     rng, values = np.random.default_rng(3), np.array([t.value for t in problem.targets])
     band = bands(problem.targets, interpolant.noise, replicates)
 
     def loss(candidates: np.ndarray) -> np.ndarray:
-        return np.asarray((np.abs(interpolant.predict(candidates) - values) / band).max(axis=1))
+        off = (np.abs(interpolant.predict(candidates) - values) / band).max(axis=1)
+        return np.where(success.shortfall(candidates) > 0, np.inf, off)
 
-    sample = sample_of(problem, SAMPLE, rng)
+    sample = success.among(sample_of(problem, SAMPLE, rng))
     best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
     off = interpolant.predict(best[None])[0] - values
     worst = int(np.argmax(np.abs(off) / band))
@@ -254,12 +300,12 @@ def least_bad(
     return best, f"{target.key} stays {off[worst] / target.scale:+.1%} off at the least bad set"
 
 
-def shortfall(problem: Problem, interpolant: Interpolant) -> float:
+def shortfall(problem: Problem, interpolant: Interpolant, success: Success) -> float:
     """How many standard errors of the processes the worst target stays outside its band.
 
-    At the best set of a sample, and as if runs had no seed noise.
+    At the best set of a sample that is likely to run, and as if runs had no seed noise.
     """
-    sample = sample_of(problem, SAMPLE, np.random.default_rng(2))
+    sample = success.among(sample_of(problem, SAMPLE, np.random.default_rng(2)))
     mean, error = interpolant.predict_with_error(sample)
     band = bands(problem.targets, np.zeros(mean.shape[1]), 1)
     outside = np.abs(mean - [t.value for t in problem.targets]) - band

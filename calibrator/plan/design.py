@@ -11,22 +11,30 @@ from calibrator.case.problem import Problem
 def full_grid(problem: Problem) -> np.ndarray:
     """Every combination of `samples` values per parameter, (n, d): the paper's design.
 
-    Values are equally spaced on the parameter's scale.
+    Values are equally spaced on the parameter's scale. Sets that the constraints rule out are left
+    out.
     """
     axes = [p.values_at(np.linspace(0, 1, p.samples)) for p in problem.parameters]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    return np.asarray(points[problem.excess(points) == 0])
 
 
 def sobol(problem: Problem, sets: int) -> np.ndarray:
     """The first points (n, d) of the unscrambled Sobol sequence in the box.
 
-    Its degenerate corner is left out. A longer plan starts with the points of a shorter one, so
-    that a database can grow without losing a run.
+    Its degenerate corner is left out, and what the constraints rule out: the sequence goes on until
+    enough are allowed. A longer plan starts with the points of a shorter one, so that a database
+    can grow without losing a run.
     """
-    with np.errstate(all="ignore"):
-        sequence = qmc.Sobol(len(problem.parameters), scramble=False)
-        unit = sequence.random(_power_of_two(sets + 1))[1 : sets + 1]
-    return problem.values_at(unit)
+    size = _power_of_two(sets + 1)
+    while True:
+        with np.errstate(all="ignore"):
+            unit = qmc.Sobol(len(problem.parameters), scramble=False).random(size)[1:]
+        points = problem.values_at(unit)
+        allowed = points[problem.excess(points) == 0][:sets]
+        if len(allowed) == sets:
+            return np.asarray(allowed)
+        size *= 2
 
 
 def cells(dimensions: int, count: int) -> np.ndarray:

@@ -77,6 +77,11 @@ class Collection(Counts):
     recommended: dict[str, float] = field(default_factory=dict)
     fingerprint: Fingerprint
 
+    @property
+    def passed(self) -> bool:
+        """Whether there is a run that says anything: a good one, or one that clogged."""
+        return self.good + self.statuses.get("clogged", 0) > 0
+
     def lines(self) -> list[str]:
         """The collection in plain words."""
         first = f"{self.runs} runs: " + ", ".join(f"{n} {k}" for k, n in self.statuses.items())
@@ -112,6 +117,7 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
         {
             **(chosen_by if case.plan.design == "adaptive" else {}),
             "parameters": problem.parameters,
+            "constraints": problem.constraints,
             "fixed values": problem.fixed,
             "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
             "plan": case.plan,

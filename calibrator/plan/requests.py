@@ -8,7 +8,7 @@ import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.problem import Value
-from calibrator.case.settings import Replicates
+from calibrator.case.settings import ADAPTIVE_REPLICATED, Replicates
 from calibrator.case.vocabulary import parameters_of
 from calibrator.plan.design import full_grid, sobol
 from calibrator.plan.seeds import plan_seed, substitute_seed, verification_seed
@@ -32,8 +32,7 @@ def plan_requests(case: Case) -> list[Request]:
     """
     plan, replicated = case.plan, case.plan.replicated_sets
     if plan.design == "adaptive":
-        # enough to pool the seed noise from; the rest is replicated where that decides
-        replicated = replicated or 2
+        replicated = replicated or ADAPTIVE_REPLICATED  # the rest where that decides
     requests, points = [], design_points(case)
     for setup in case.problem.calibration_setups:
         seen = [n in case.problem.seen_by(setup) for n in case.problem.names]

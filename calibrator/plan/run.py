@@ -17,7 +17,8 @@ from calibrator.plan.adaptive import Settings as AdaptiveSettings
 from calibrator.plan.outcome import Collection, rests_on
 from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
 from calibrator.plan.seeds import proposed_seed
-from calibrator.responses.table import points_of, response_table
+from calibrator.responses.success import Success, require_good
+from calibrator.responses.table import response_table
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -29,44 +30,46 @@ from calibrator.runs.workspace import (
     made_by,
     silent,
     without,
-    work_left,
 )
 
 
 def run_plan(space: Workspace, report: Report = silent) -> Collection:
     """Carry out the plan, with one substitute for each clogged run.
 
-    Resumes; never repeats a finished run. Raises CalibratorError where that would take more than
+    Resumes; never repeats a finished run. Raises CalibratorError where a batch of them would exceed
     run.budget_core_hours.
     """
     if space.case.plan.design == "adaptive":
         return _run_adaptively(space, report)
     requests = plan_requests(space.case)
-    _within_budget(space, requests)
     records = carry_out(space, requests, report)
     carry_out(space, substitutes(records), report)
-    return space.note("run", _collected(space, database_records(space)))
+    records = database_records(space)
+    found = space.note("run", _collected(space, records))
+    require_good(space.case.problem, records)
+    return found
 
 
 def _run_adaptively(space: Workspace, report: Report) -> Collection:
     """Start with the plan's first sets, unless the database has as many, then run proposals."""
     case, settings = space.case, _adaptive_settings(space.case)
-    first = plan_requests(case)
+    first, setups = plan_requests(case), case.problem.calibration_setups
     if len(_parameter_sets(case, database_records(space))[0]) < len(first):
         carry_out(space, first, report)
     carry_out(space, proposed(space), report)  # what an interruption left undone
     while True:
         records = database_records(space)
+        require_good(case.problem, records)
         proposal = propose(
             case.problem,
             *_parameter_sets(case, records),
             settings,
             case.interpolation.similarity,
-            _failed_sets(case, records),
+            Success.of(case.problem, records),
+            (settings.budget - _made(space, records)) // len(setups),
         )
         if proposal.stops:
             break
-        setups = case.problem.calibration_setups
         requests = [
             make_request(case, s, point, proposed_seed(case, len(records) + i))
             for i, point in enumerate(proposal.points)
@@ -145,12 +148,9 @@ def _put_together(
     rows.append((point.copy(), values.copy()))
 
 
-def _failed_sets(case: Case, records: Sequence[Record]) -> np.ndarray:
-    """Sets (f, d) with a run that has nothing to say.
-
-    Clogged ones count, as a neck that clogs once will do so again.
-    """
-    return points_of(case.problem, [r.request for r in records if r.status != "ok"])
+def _made(space: Workspace, records: Sequence[Record]) -> int:
+    """Runs of an adaptive design so far: those that ended, however they did, and all asked for."""
+    return len({r.run_id for r in proposed(space)} | {r.run_id for r in records})
 
 
 def proposed(space: Workspace) -> list[Request]:
@@ -201,24 +201,6 @@ def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Reque
     }
     lines = [*_proposal_lines(space), json.dumps(line)]
     write_text(space.folder() / "proposals.jsonl", "".join(f"{one}\n" for one in lines))
-
-
-def _within_budget(space: Workspace, requests: Sequence[Request]) -> None:
-    """Raise CalibratorError where these runs would take more than run.budget_core_hours."""
-    if words := beyond_budget(space, requests):
-        raise CalibratorError(words)
-
-
-def beyond_budget(space: Workspace, requests: Sequence[Request]) -> str:
-    """A sentence where these runs would take more than run.budget_core_hours, else ""."""
-    missing, hours = work_left(space, requests)
-    if hours <= space.case.run.budget_core_hours:
-        return ""
-    return (
-        f"{len(missing)} runs would take {hours:.1f} core-hours, more than"
-        f" run.budget_core_hours = {space.case.run.budget_core_hours:g}: raise that budget or"
-        " make the plan smaller"
-    )
 
 
 def database_records(space: Workspace) -> list[Record]:

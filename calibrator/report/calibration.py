@@ -14,7 +14,8 @@ from calibrator.report.html import Album, note, paragraph, section
 from calibrator.report.words import amount, axis_label, key_words, response, text, words
 from calibrator.responses.interpolant import average_replicates
 from calibrator.responses.objectives import OBJECTIVES
-from calibrator.responses.table import response_table
+from calibrator.responses.success import Success
+from calibrator.responses.table import points_of, response_table
 from calibrator.responses.targets import bands
 
 SLICE_POSITIONS = 121
@@ -45,7 +46,7 @@ def calibration(findings: Findings, album: Album) -> str:
         _sensitivity(findings, album),
         *(
             paragraph(text(spoken(findings, s)), "small")
-            for s in (*found.unseen, *found.reachability.sentences)
+            for s in (*found.unseen, *found.failures, *found.reachability.sentences)
         ),
     )
 
@@ -80,7 +81,9 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     replicates = findings.space.case.verify.replicates
     band = float(bands([dataclasses.replace(target, weight=1.0)], noise, replicates)[0])
     seen = problem.seen_by(target.setup)
-    panels = [_slice(findings, column, problem.names.index(n)) for n in seen]
+    own = [r for r in findings.records if r.request.setup == target.setup]
+    success = Success.of_setup(problem, target.setup, own)
+    panels = [_slice(findings, column, problem.names.index(n), success) for n in seen]
     caption = (
         f"{key_words(key).capitalize()} along each parameter, the others at the compromise. The"
         f" band is that within which the mean of {replicates} fresh runs meets the target; bars are"
@@ -94,7 +97,7 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     )
 
 
-def _slice(findings: Findings, column: int, axis: int) -> figures.Slice:
+def _slice(findings: Findings, column: int, axis: int, success: Success) -> figures.Slice:
     problem = findings.space.case.problem
     points, values, counts = _means(findings)
     there = np.isfinite(values[:, column])
@@ -118,6 +121,9 @@ def _slice(findings: Findings, column: int, axis: int) -> figures.Slice:
         values[there, column],
         np.nan_to_num(findings.interpolant.noise[column]) / np.sqrt(counts[there, column]),
         np.exp(-distance / REACH),
+        success.failed[:, axis],
+        success.shortfall(line) > 0,
+        problem.parameters[axis].scale == "log",
     )
 
 
@@ -177,6 +183,7 @@ def _likelihood(findings: Findings, album: Album) -> str:
             p.interval_95,
             chosen[p.name],
             p.truth,
+            p.scale == "log",
         )
         for p in findings.calibration.identifiability.parameters
     ]
@@ -196,11 +203,15 @@ def _ridge(findings: Findings, album: Album) -> str:
         " a ridge of sets that are equally good."
     )
     labels = [axis_label(PARAMETERS[n]) for n in problem.names]
-    bounds = np.array([problem.low, problem.high])
+    bounds, logs = (
+        np.array([problem.low, problem.high]),
+        [p.scale == "log" for p in problem.parameters],
+    )
+    failed = points_of(problem, [r.request for r in findings.records if r.status != "ok"])
     return album.figure(
         "ridge",
         caption,
-        lambda: figures.ridge(found.accepted, bounds, labels, findings.compromise),
+        lambda: figures.ridge(found.accepted, bounds, labels, findings.compromise, failed, logs),
     )
 
 

@@ -12,6 +12,7 @@ from scipy.stats import qmc
 from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
 
+MOST_SAMPLED = 2**18  # points of the box of which those that constraints allow are kept
 MOST_CORNERS = 10  # dimensions up to which all corners of the box are tried
 
 
@@ -31,10 +32,17 @@ def box_sample(
 def sample_of(problem: Problem, count: int, rng: np.random.Generator) -> np.ndarray:
     """Scrambled Sobol points (n, d) that fill the problem's box on the parameters' scales.
 
-    n is count, rounded up to a power of two.
+    n is count, rounded up to a power of two. Of a box with constraints only what they allow is
+    filled, as evenly, with at least as many points where MOST_SAMPLED in the whole box hold them.
     """
     low, high = problem.scaled_bounds
-    return problem.unscaled(box_sample(low, high, count, rng))
+    points = problem.unscaled(box_sample(low, high, count, rng))
+    while problem.constraints:
+        allowed = points[problem.excess(points) == 0]
+        if len(allowed) >= count or len(points) >= MOST_SAMPLED:
+            return np.asarray(allowed)
+        points = problem.unscaled(box_sample(low, high, 2 * len(points), rng))
+    return points
 
 
 def inside(
@@ -62,10 +70,14 @@ def inside(
 
 
 def corners(problem: Problem) -> np.ndarray:
-    """All corners (2^d, d) of the box; none where it has more than MOST_CORNERS dimensions."""
+    """All corners (k, d) of the box that the constraints allow.
+
+    None where it has more than MOST_CORNERS dimensions.
+    """
     if len(problem.parameters) > MOST_CORNERS:
         return np.empty((0, len(problem.parameters)))
-    return np.array(list(itertools.product(*zip(problem.low, problem.high, strict=True))))
+    points = np.array(list(itertools.product(*zip(problem.low, problem.high, strict=True))))
+    return np.asarray(points[problem.excess(points) == 0])
 
 
 def refined(
@@ -75,7 +87,7 @@ def refined(
     rng: np.random.Generator,
     rounds: int = 10,
 ) -> np.ndarray:
-    """Point (d,) of smallest loss found in boxes around the best so far.
+    """Allowed point (d,) of smallest loss found in boxes around the best so far.
 
     Each box is half the size of the one before, on the parameters' scales. loss : points (n, d) ->
     (n,); start : (d,).
@@ -88,5 +100,7 @@ def refined(
             np.maximum(centre - half, low), np.minimum(centre + half, high), 256, rng
         )
         candidates = np.concatenate([best[None], problem.unscaled(nearby)])
-        best = candidates[np.argmin(loss(candidates))]
+        best = candidates[
+            np.argmin(np.where(problem.excess(candidates) > 0, np.inf, loss(candidates)))
+        ]
     return best

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import t as student
 
 from calibrator.case.vocabulary import RESPONSES
 from calibrator.responses.interpolant import Interpolant, Learnt, known_noise
@@ -28,9 +29,12 @@ class Cautious:
     The standard deviation that a process claims is the one of its own model. Each distinct point
     predicted without itself says whether it is borne out: where the scaled errors scatter by more
     than one, all deviations are multiplied by that (as a Birge ratio does, Phys. Rev. 40 (1932)
-    207). Straight lines on a grid know their seed noise only; the error of leaving points out is
-    added in quadrature. Means are clipped to what the vocabulary says is possible: no rate below
-    zero, no angle of repose beyond 90 degrees.
+    207). They are widened from the normal's to Student's t as well, because the amplitude of a
+    process is learnt from the points beyond those that its trend takes.
+
+    Straight lines on a grid know their seed noise only; the error of leaving points out is added in
+    quadrature. Means are clipped to what the vocabulary says is possible: no rate below zero, no
+    angle of repose beyond 90 degrees.
 
     Attributes
     ----------
@@ -101,7 +105,9 @@ class Cautious:
         predicted, claimed = self._left_out
         off, m = predicted - self.values, len(self.responses)
         if "none" not in self.noise_sources and self.learnt.kernels.shape[1]:
-            return np.maximum(1.0, _root_mean_square(off / claimed)), np.zeros(m)
+            degrees = np.isfinite(off).sum(axis=0) - self.points.shape[1]
+            few = student.ppf(0.975, np.maximum(degrees, 2)) / 1.96
+            return few * np.maximum(1.0, _root_mean_square(off / claimed)), np.zeros(m)
         known = np.isfinite(known_noise(self))
         beyond = np.sqrt(np.maximum(_mean(off**2) - np.where(known, _mean(claimed**2), 0), 0))
         # without a known noise the same errors hold the seed noise as well, and count in full

@@ -19,12 +19,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.problem import Problem
-from calibrator.case.vocabulary import RESPONSES
+from calibrator.case.vocabulary import PARAMETERS, RESPONSES
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
 from calibrator.responses.interpolant import Interpolant, Learnt
 
 DENSITY, MODULUS = "particle_density", "young_modulus"
+
+# Parameters that bring a force, an energy or a time of their own, which does not scale with the
+# density; of adhesion nothing has shown that it does.
+OWN_SCALE = ("bed_viscosity", "bond_number", "time_step", "filling_kinetic_energy")
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,11 @@ class Coordinates:
             raise CalibratorError(
                 f"interpolation.similarity needs both {DENSITY} and {MODULUS} calibrated: add them,"
                 " or remove it"
+            )
+        if self.collapsed and (own := scales_of_their_own(self.problem)):
+            raise CalibratorError(
+                f"interpolation.similarity does not hold beside {' and '.join(own)}, which has a"
+                " scale of its own: remove similarity, or leave that at its default"
             )
 
     @property
@@ -92,6 +101,13 @@ class Coordinates:
         """
         massive = np.array(["kg" in RESPONSES[key.split(".")[1]].unit for key in keys])
         return np.where(massive, self.density_ratio(np.atleast_2d(points))[:, None], 1.0)
+
+
+def scales_of_their_own(problem: Problem) -> list[str]:
+    """Parameters, calibrated or fixed off their default, that similarity does not hold beside."""
+    given = [problem.fixed, *problem.setups.values()]
+    off = {n for one in given for n, value in one.items() if value != PARAMETERS[n].default}
+    return [name for name in OWN_SCALE if name in off or name in problem.names]
 
 
 @dataclass(frozen=True, eq=False)

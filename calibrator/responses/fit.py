@@ -15,6 +15,7 @@ from calibrator.responses.gaussian_process import GaussianProcess
 from calibrator.responses.interpolant import Interpolant, Learnt, average_replicates
 from calibrator.responses.multilinear import Multilinear
 from calibrator.responses.parted import Part, Parted
+from calibrator.responses.success import require_good
 from calibrator.responses.table import response_table
 from calibrator.runs.record import Record
 
@@ -105,6 +106,7 @@ def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> 
     Raises CalibratorError where no run is good, and as the interpolants do.
     """
     keys = [t.key for t in case.problem.targets]
+    require_good(case.problem, records)
     points, values = response_table(case.problem, records, keys)
     if len(points) == 0:
         raise CalibratorError(

@@ -5,17 +5,13 @@ Arrays in, arrays out.
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_solve
-from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern, WhiteKernel
 
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
@@ -26,23 +22,15 @@ from calibrator.responses.interpolant import (
     checked_runs,
     common_source,
 )
+from calibrator.responses.kernel import JITTER, kernel_of, likeliest, likeliest_with_noise
 from calibrator.threads import on_one_thread
 
 CHUNK = 4096  # rows predicted at once: keeps the covariance block in the processor's cache
-
-# Of the standardised response per half range: broad, so the linear trend is all but free.
-TREND_VARIANCE = 10.0
-
-# In half ranges: 15-60 points cannot resolve less than a quarter of a range.
-LENGTH_SCALES = (0.5, 20.0)
 
 # The search for a kernel takes the cube of the number of points, some hundred times over; more
 # points hardly change what it finds (benchmarks/numerics/interpolant.py).
 KERNEL_POINTS = 500
 MOST_POINTS = 10_000  # a covariance of 0.8 GB, and the process holds a few of its size
-
-# Of the standardised variance: keeps the covariance invertible where the noise is measured as zero.
-JITTER = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +41,7 @@ class GaussianProcess:
     linear trend as a dot-product kernel of fixed broad variance (universal kriging). The trend as
     part of the covariance cross-validates better than a least-squares trend with a process on its
     residual, and keeps the leave-one-out predictions in closed form. Length scales and amplitude
-    maximise the marginal likelihood (Rasmussen & Williams, Gaussian Processes for Machine Learning,
-    2006, Eq. 5.8).
+    maximise the marginal likelihood times a prior (see `kernel`).
 
     Attributes
     ----------
@@ -253,19 +240,19 @@ def _fit_process(
     centre, scale = values.mean(), values.std() or 1.0
     standard, noise = (values - centre) / scale, runs.noise[column] / scale
     if theta is not None:
-        kernel = _kernel(bounds.shape[1]).clone_with_theta(theta)
+        kernel = kernel_of(bounds.shape[1]).clone_with_theta(theta)
     elif np.isnan(noise):
         raw = ~np.isnan(runs.raw_values[:, column])
         raw_standard = (runs.raw_values[raw, column] - centre) / scale
         some = _subset(len(raw_standard), seed)
-        kernel, noise = _kernel_and_noise(
+        kernel, noise = likeliest_with_noise(
             _unit(runs.raw_points[raw], bounds)[some], raw_standard[some], restarts, seed
         )
     else:
         some = _subset(len(rows), seed)
         alpha = noise**2 / counts[some] + JITTER
-        kernel = _likeliest(
-            _kernel(bounds.shape[1]), unit[some], standard[some], alpha, restarts, seed
+        kernel = likeliest(
+            kernel_of(bounds.shape[1]), unit[some], standard[some], alpha, restarts, seed
         )
     alpha = noise**2 / counts + JITTER
     regressor = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None).fit(unit, standard)
@@ -301,40 +288,3 @@ def _subset(count: int, seed: int) -> np.ndarray:
     if count <= KERNEL_POINTS:
         return np.arange(count)
     return np.sort(np.random.default_rng(seed).choice(count, KERNEL_POINTS, replace=False))
-
-
-def _kernel(dimensions: int) -> Any:
-    """The kernel of `GaussianProcess` before its hyperparameters are sought."""
-    smooth = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(np.ones(dimensions), LENGTH_SCALES, nu=2.5)
-    return smooth + ConstantKernel(TREND_VARIANCE, "fixed") * DotProduct(1.0, "fixed")
-
-
-def _kernel_and_noise(
-    unit: np.ndarray, standard: np.ndarray, restarts: int, seed: int
-) -> tuple[Any, float]:
-    """Likeliest kernel and seed noise together, from single runs.
-
-    Replicates, where there are some, speak through them.
-    """
-    found = _likeliest(
-        _kernel(unit.shape[1]) + WhiteKernel(0.01, (1e-6, 1.0)),
-        unit,
-        standard,
-        JITTER,
-        restarts,
-        seed,
-    )
-    return found.k1, math.sqrt(found.k2.noise_level)
-
-
-def _likeliest(
-    kernel: Any, unit: np.ndarray, standard: np.ndarray, alpha: Any, restarts: int, seed: int
-) -> Any:
-    """The kernel with the hyperparameters of the highest marginal likelihood."""
-    search = GaussianProcessRegressor(
-        kernel, alpha=alpha, n_restarts_optimizer=restarts, random_state=seed
-    )
-    with warnings.catch_warnings():
-        # a parameter without influence rightly drives its length scale to the bound
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        return search.fit(unit, standard).kernel_

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,16 +11,27 @@ from calibrator.runs.folder import RETRIED, RunFolder, log, refuse_link
 from calibrator.runs.record import InvalidRecord, read_record
 from calibrator.runs.request import Request
 
+HANGS = 10
+"""Times its CPU time that a run may take by the clock: a machine may be as busy as that."""
+
 
 @dataclass(frozen=True)
 class Progress:
-    """A moment of a batch: runs done, failed and in all, seconds spent and predicted to be left."""
+    """A moment of a call: runs done, failed and in all, seconds spent and predicted to be left.
+
+    Attributes
+    ----------
+    done : runs with a final end, good or not; failed : those of them without every response;
+        elapsed, left [s] : of the batch in flight; retried : runs that ended without a result and
+        have another attempt, under way or to come.
+    """
 
     done: int
     failed: int
     total: int
     elapsed: float
     left: float
+    retried: int = 0
 
 
 @dataclass(frozen=True)
@@ -40,42 +50,6 @@ class Batch:
     def patience(self, requests: Sequence[Request]) -> float:
         """Factor on the time limit of these runs: two for each failure of the least lucky one."""
         return float(2.0 ** max(self.failed[r.run_id] for r in requests))
-
-
-class Watch:
-    """Which runs of a batch have ended, and how long the others will take.
-
-    Parameters
-    ----------
-    cores : how many runs are made at a time; None where that is up to a queue.
-    """
-
-    def __init__(self, folder: RunFolder, batch: Batch, cores: int | None) -> None:
-        self.folder, self.batch, self.cores = folder, batch, cores
-        self.begin = time.monotonic()
-        self.finished: set[str] = set()
-        self.failed: set[str] = set()
-
-    def look(self) -> Progress:
-        """The batch as its records show it now."""
-        for request in self.batch.requests:
-            if request.run_id not in self.finished and self.folder.record(request).exists():
-                self.finished.add(request.run_id)
-                if not succeeded(self.folder, request):
-                    self.failed.add(request.run_id)
-        elapsed, total = time.monotonic() - self.begin, len(self.batch.requests)
-        return Progress(len(self.finished), len(self.failed), total, elapsed, self._left(elapsed))
-
-    def _left(self, elapsed: float) -> float:
-        cost = self.batch.cost
-        total, spent = sum(cost.values()), sum(cost[i] for i in self.finished)
-        if self.cores is None:  # how long jobs queue is not known: the rate is all there is
-            spent = max(spent, total / len(cost))
-            return elapsed * (total - spent) / spent
-        by_model = total / self.cores - elapsed
-        by_rate = elapsed * (total - spent) / spent if spent > 0 else by_model
-        share = spent / total  # trust the measured rate more and more as runs finish
-        return max(0.0, share * by_rate + (1 - share) * by_model)
 
 
 def pending_requests(
@@ -115,9 +89,14 @@ def clear(folder: RunFolder, batch: Sequence[Request]) -> None:
         refuse_link(folder.path / "locks" / request.run_id)
 
 
-def time_limit(cost: dict[str, float], patience: float) -> float:
-    """Wall-clock limit [s] of each run of a batch."""
+def cpu_limit(cost: dict[str, float], patience: float) -> float:
+    """Limit [s] of the CPU time of each run of a batch: a busy machine does not use it up."""
     return patience * max(120.0, 10 * max(cost.values()))
+
+
+def time_limit(cost: dict[str, float], patience: float) -> float:
+    """Limit [s] by the clock of each run of a batch, long enough to catch only what hangs."""
+    return HANGS * cpu_limit(cost, patience)
 
 
 def batch_arguments(table: str, batch: Sequence[Request], jobs: int) -> list[str]:

@@ -23,11 +23,21 @@ def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -
     """
     ratios: dict[str, list[float]] = {}
     for record in finished:
-        spent = sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
+        spent = _measured(record)
         if record.status == "ok" and spent > 0:
             ratios.setdefault(record.request.setup, []).append(spent / _predicted(record.request))
     correction = {setup: float(np.median(values)) for setup, values in ratios.items()}
     return np.array([_predicted(r) * correction.get(r.setup, 1.0) for r in requests])
+
+
+def core_hours(record: Record) -> float:
+    """What a finished run took [h]; the prediction where it did not say."""
+    return (_measured(record) or _predicted(record.request)) / 3600
+
+
+def _measured(record: Record) -> float:
+    """Core-seconds of the stages that a run has been through."""
+    return sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
 
 
 def _predicted(request: Request) -> float:

@@ -7,12 +7,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
 from calibrator.errors import CalibratorError
-from calibrator.runs.batch import Batch, Progress, Watch, pending_requests
+from calibrator.runs.batch import Batch, Progress, note_ended, pending_requests
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.failures import failed_attempts
 from calibrator.runs.folder import Failure, RunFolder, gather
+from calibrator.runs.futile import refuse_futile
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
+from calibrator.runs.watch import Watch
 
 
 class Engine(ABC):
@@ -64,6 +66,10 @@ class Engine(ABC):
     def end(self) -> None:
         """End what must not outlive the driver, whichever way that ends."""
 
+    @abstractmethod
+    def give_up(self, folder: RunFolder, requests: Sequence[Request]) -> None:
+        """Start no further one of these runs; `end` follows."""
+
 
 def run(
     engine: Engine,
@@ -71,12 +77,14 @@ def run(
     requests: Sequence[Request],
     attempts: int = 2,
     report: Callable[[Progress], None] = lambda progress: None,
+    go_on: bool = False,
 ) -> list[Record]:
     """Carry out the requests that have no good record yet, longest first.
 
     A run that failed is tried again, up to so many attempts, where another one may end otherwise.
     Whatever is interrupted, calling again goes on from the records that exist. Two drivers at once
-    would make the same runs: the caller holds `RunFolder.alone`.
+    would make the same runs: the caller holds `RunFolder.alone`. Where the first runs all fail
+    alike no further one is started, now or by another call, unless it is to go on.
 
     Returns
     -------
@@ -84,30 +92,13 @@ def run(
 
     Raises
     ------
-    CalibratorError where a program is missing, or submitted runs do not even start; OSError where
-    the disk is full or read-only.
+    CalibratorError where a program is missing, submitted runs do not even start, or the first ones
+    all failed alike; OSError where the disk is full or read-only.
     """
     folder.prepare()
-    pending = pending_requests(folder, requests, attempts)
+    total = None if go_on else len(requests)
     try:
-        if pending:  # a call that has nothing to do needs no programs
-            engine.require()
-        if pending and engine.poll(folder, requests):
-            _wait(engine, folder, requests, _batch(folder, requests, pending), report)
-            pending = pending_requests(folder, requests, attempts)
-        ended_early = 0
-        while pending:
-            before, failures = pending, folder.failures()
-            batch = _batch(folder, requests, pending)
-            folder.check_room()
-            engine.submit(folder, batch)
-            _wait(engine, folder, requests, batch, report)
-            pending = pending_requests(folder, requests, attempts)
-            idle = _untouched(pending, failures, folder.failures())
-            ended_early += bool(idle)
-            fruitless = engine.early_ends is None and idle == len(before)
-            if fruitless or ended_early == engine.early_ends:
-                break
+        pending = _made(engine, folder, requests, attempts, report, total)
     finally:
         engine.end()
     records = gather(folder, requests)
@@ -117,6 +108,42 @@ def run(
     return records
 
 
+def _made(
+    engine: Engine,
+    folder: RunFolder,
+    requests: Sequence[Request],
+    attempts: int,
+    report: Callable[[Progress], None],
+    total: int | None,
+) -> list[Request]:
+    """Make the runs, batch after batch; returns those that could not even be started.
+
+    total : see `refuse_futile`.
+    """
+    call = pending = pending_requests(folder, requests, attempts)
+    ended_early = 0
+    if pending:  # a call that has nothing to do needs no programs
+        engine.require()
+    if pending and engine.poll(folder, requests):
+        watch = _watch(engine, folder, requests, (call, pending), attempts)
+        _wait(engine, folder, requests, watch, report, total)
+        pending = pending_requests(folder, requests, attempts)
+    while pending:
+        before, failures = pending, folder.failures()
+        watch = _watch(engine, folder, requests, (call, pending), attempts)
+        refuse_futile(watch.ends(), total)
+        folder.check_room()
+        engine.submit(folder, watch.batch)
+        _wait(engine, folder, requests, watch, report, total)
+        pending = pending_requests(folder, requests, attempts)
+        idle = _untouched(pending, failures, folder.failures())
+        ended_early += bool(idle)
+        fruitless = engine.early_ends is None and idle == len(before)
+        if fruitless or ended_early == engine.early_ends:
+            break
+    return pending
+
+
 def _untouched(
     pending: Sequence[Request], before: dict[str, Failure], after: dict[str, Failure]
 ) -> int:
@@ -124,25 +151,46 @@ def _untouched(
     return sum(failed_attempts(before, r) == failed_attempts(after, r) for r in pending)
 
 
-def _batch(folder: RunFolder, requests: Sequence[Request], pending: Sequence[Request]) -> Batch:
-    """The pending ones of all requests, whose finished runs say what they will cost."""
-    failures = folder.failures()
-    predicted = core_seconds(pending, gather(folder, requests))
-    cost = dict(zip((r.run_id for r in pending), map(float, predicted), strict=True))
+def _watch(
+    engine: Engine,
+    folder: RunFolder,
+    requests: Sequence[Request],
+    to_make: tuple[Sequence[Request], Sequence[Request]],
+    attempts: int,
+) -> Watch:
+    """The pending ones of all requests, whose finished runs say what they will cost.
+
+    to_make : those that were pending when the call began, and those that are now.
+    """
+    call, pending = to_make
+    failures, records = folder.failures(), gather(folder, requests)
+    cost = dict(zip((r.run_id for r in pending), core_seconds(pending, records), strict=True))
     failed = {r.run_id: failed_attempts(failures, r) for r in pending}
-    return Batch(sorted(pending, key=lambda r: -cost[r.run_id]), cost, failed)
+    batch = Batch(sorted(pending, key=lambda r: -cost[r.run_id]), cost, failed)
+    ids = {r.run_id for r in call}
+    return Watch(folder, batch, engine.cores, ids, records, attempts)
 
 
 def _wait(
     engine: Engine,
     folder: RunFolder,
     requests: Sequence[Request],
-    batch: Batch,
+    watch: Watch,
     report: Callable[[Progress], None],
+    total: int | None,
 ) -> None:
-    """Wait until none of the requests is in flight; reports the progress of the batch."""
-    watch = Watch(folder, batch, engine.cores)
+    """Wait until none of the requests is in flight; reports the progress of the batch.
+
+    Gives up where the first of `total` runs have failed alike; None: whatever becomes of them.
+    """
+    watch.start()
     while engine.poll(folder, requests):
         report(watch.look())
+        try:
+            refuse_futile(watch.ends(), total)
+        except CalibratorError:
+            engine.give_up(folder, requests)
+            note_ended(folder, watch.ended)
+            raise
         time.sleep(engine.pause)
     report(watch.look())

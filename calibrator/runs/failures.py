@@ -11,6 +11,11 @@ from calibrator.runs.folder import RETRIED, Failure, RunFolder
 from calibrator.runs.record import InvalidRecord, read_record
 from calibrator.runs.request import Request
 
+KILLED = (
+    "killed from outside (signal 9), as a machine does that runs out of memory: free some, or make"
+    " fewer runs at a time (run.jobs)"
+)
+
 
 def note_failures(
     folder: RunFolder,
@@ -26,21 +31,41 @@ def note_failures(
     """
     failures = folder.failures()
     for request in batch:
-        try:
-            record = read_record(folder.record(request), request)
-            kind, message = record.status, record.error
-        except (FileNotFoundError, InvalidRecord) as error:
-            known = (verdicts or {}).get(request.run_id)
-            if known is None and not _started(folder.log(request)):
-                # that yade-batch died, or YADE went missing, is no failure of runs still to come
-                continue
-            kind, message = known or _verdict_from_log(folder.log(request), error)
+        verdict = verdict_on(folder, request, (verdicts or {}).get(request.run_id))
+        if verdict is None:
+            # that yade-batch died, or YADE went missing, is no failure of runs still to come
+            continue
+        kind, message = verdict
         if kind in RETRIED:
             attempts = failed_attempts(failures, request) + 1
             failures[request.run_id] = Failure(kind, message, attempts)
         else:
             failures.pop(request.run_id, None)
     folder.write_failures(failures)
+
+
+def verdict_on(
+    folder: RunFolder, request: Request, known: tuple[str, str] | None = None
+) -> tuple[str, str] | None:
+    """Kind and reason of the end of a run; None where it did not get as far as YADE.
+
+    known : of a run without a record about which more is known than its log says.
+    """
+    try:
+        record = read_record(folder.record(request), request)
+        return record.status, record.error
+    except (FileNotFoundError, InvalidRecord) as error:
+        if known is None and not _started(folder.log(request)):
+            return None
+        return known or _verdict_from_log(folder.log(request), error)
+
+
+def has_ended(folder: RunFolder, request: Request) -> bool:
+    """Whether a run has left a record, or the exit status of its YADE."""
+    if folder.record(request).exists():
+        return True
+    log_file = folder.log(request)
+    return _started(log_file) and exit_code(log_file) is not None
 
 
 def failed_attempts(failures: Mapping[str, Failure], request: Request) -> int:
@@ -80,8 +105,9 @@ def _verdict_from_log(path: Path, why: Exception) -> tuple[str, str]:
         None: ("lost", "no record and no exit status: the run was killed with its driver"),
         0: ("lost", "it ended without writing a record"),
         124: ("timeout", "the wall-clock limit passed"),
-        137: ("lost", "killed from outside (signal 9)"),
+        137: ("lost", KILLED),
         143: ("lost", "ended from outside (signal 15)"),
+        152: ("timeout", "its limit of CPU time passed"),
     }
     if code in without_sentence:
         return without_sentence[code]

@@ -14,6 +14,7 @@ from calibrator.runs.batch import (
     Progress,
     batch_arguments,
     clear,
+    cpu_limit,
     note_ended,
     time_limit,
 )
@@ -57,13 +58,14 @@ class Local(engine.Engine):
         clear(folder, self.batch)
         name = f"batches/{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.table"
         write_table(folder.path / name, self.batch)
-        limit = time_limit(batch.cost, batch.patience(self.batch))
+        patience = batch.patience(self.batch)
+        limits = time_limit(batch.cost, patience), cpu_limit(batch.cost, patience)
         arguments = batch_arguments(name, self.batch, self.jobs)
         with open(refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
             self.process = subprocess.Popen(
                 [*self.command, *arguments],
                 cwd=folder.path,
-                env={**clean_environment(limit), YADE_VARIABLE: self.build.yade},
+                env={**clean_environment(*limits), YADE_VARIABLE: self.build.yade},
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -86,6 +88,10 @@ class Local(engine.Engine):
             _kill_group(self.process)
         self.process = None
 
+    def give_up(self, folder: RunFolder, requests: Sequence[Request]) -> None:
+        """Start no further run: yade-batch alone starts them."""
+        self.end()
+
 
 def run(
     folder: RunFolder,
@@ -93,9 +99,10 @@ def run(
     jobs: int = 0,
     attempts: int = 2,
     report: Callable[[Progress], None] = lambda progress: None,
+    go_on: bool = False,
 ) -> list[Record]:
     """Carry out requests on this machine; see `engine.run`."""
-    return engine.run(Local(jobs), folder, requests, attempts, report)
+    return engine.run(Local(jobs), folder, requests, attempts, report, go_on)
 
 
 def yade_batch_command(build: Build) -> list[str]:
@@ -113,8 +120,8 @@ def yade_batch_command(build: Build) -> list[str]:
     return [*wall, "setpriv", "--pdeathsig", "KILL", build.batch]
 
 
-def clean_environment(time_limit: float) -> dict[str, str]:
-    """The little that YADE needs.
+def clean_environment(time_limit: float, cpu_limit: float) -> dict[str, str]:
+    """The little that YADE needs, and the limits [s] of a run by the clock and of its CPU time.
 
     A virtual environment's PYTHONPATH, or OpenMP settings, would change or break its runs.
     """
@@ -129,6 +136,7 @@ def clean_environment(time_limit: float) -> dict[str, str]:
         "PYTHONUNBUFFERED": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
         "CALIBRATOR_TIME_LIMIT": f"{time_limit:.0f}",
+        "CALIBRATOR_CPU_LIMIT": f"{cpu_limit:.0f}",
     }
 
 

@@ -183,7 +183,7 @@ def _ask(build: Build, wall: list[str]) -> Yade:
         question = Path(scratch) / "question.py"
         question.write_text(QUESTION)
         command = [*wall, program, "-n", "-x", "-j1", str(question)]
-        status, said = said_by(command, clean_environment(PATIENCE), PATIENCE)
+        status, said = said_by(command, clean_environment(PATIENCE, PATIENCE), PATIENCE)
     answer = [line.removeprefix(MARK) for line in said.splitlines() if line.startswith(MARK)]
     try:
         version, python, features, trouble = parse_json(answer[-1])

@@ -23,7 +23,15 @@ from calibrator.case.settings import Cluster
 from calibrator.errors import CalibratorError
 from calibrator.files import own_folder, parse_json, read_text, write_text
 from calibrator.runs import engine
-from calibrator.runs.batch import Batch, Progress, batch_arguments, clear, note_ended, time_limit
+from calibrator.runs.batch import (
+    Batch,
+    Progress,
+    batch_arguments,
+    clear,
+    cpu_limit,
+    note_ended,
+    time_limit,
+)
 from calibrator.runs.failures import exit_code
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.programs import YADE_VARIABLE, Build, chosen
@@ -79,10 +87,11 @@ class Slurm(engine.Engine):
         )
         for index, own in enumerate(slices):
             clear(folder, own)
-            limit = time_limit({r.run_id: batch.cost[r.run_id] for r in own}, batch.patience(own))
+            cost, patience = {r.run_id: batch.cost[r.run_id] for r in own}, batch.patience(own)
+            limits = time_limit(cost, patience), cpu_limit(cost, patience)
             table = f"{index}.table"
             write_table(path / table, own)
-            script = _slice_script(f"batches/{name}/{table}", own, limit, self.build)
+            script = _slice_script(f"batches/{name}/{table}", own, limits, self.build)
             write_text(path / f"{index}.sh", script)
         write_text(path / "job.sh", _job_script(name, options))
         manifest = [[r.run_id for r in own] for own in slices]
@@ -110,6 +119,13 @@ class Slurm(engine.Engine):
     def end(self) -> None:
         """Nothing: the jobs go on, and the next driver waits for them."""
 
+    def give_up(self, folder: RunFolder, requests: Sequence[Request]) -> None:
+        """End the jobs of these runs; a task that comes up later does nothing."""
+        for batch in _open_batches(folder, {r.run_id: r for r in requests}):
+            (batch / "settled").touch()
+            if shutil.which("scancel"):
+                _ask(["scancel", f"--name={batch.name}"])
+
 
 def run(
     folder: RunFolder,
@@ -117,12 +133,13 @@ def run(
     options: Cluster,
     attempts: int = 2,
     report: Callable[[Progress], None] = lambda progress: None,
+    go_on: bool = False,
 ) -> list[Record]:
     """Carry out requests through SLURM; see `engine.run`.
 
     Raises CalibratorError also where SLURM does not answer or refuses a submission.
     """
-    return engine.run(Slurm(options), folder, requests, attempts, report)
+    return engine.run(Slurm(options), folder, requests, attempts, report, go_on)
 
 
 def _slices(batch: Batch, seconds: float) -> Slices:
@@ -170,14 +187,17 @@ fi
 """
 
 
-def _slice_script(table: str, own: Sequence[Request], limit: float, build: Build) -> str:
+def _slice_script(
+    table: str, own: Sequence[Request], limits: tuple[float, float], build: Build
+) -> str:
     """The last lines of an array task: yade-batch over its table.
 
-    limit : wall-clock time [s] of each run; build : of YADE, as the node knows it.
+    limits : time by the clock and CPU time [s] of each run; build : of YADE, as the node knows it.
     """
     call = shlex.join([build.batch, *batch_arguments(table, own, 1)])
     return (
-        f"export CALIBRATOR_TIME_LIMIT={limit:.0f} {YADE_VARIABLE}={shlex.quote(build.yade)}\n"
+        "export CALIBRATOR_TIME_LIMIT={:.0f} CALIBRATOR_CPU_LIMIT={:.0f}".format(*limits)
+        + f" {YADE_VARIABLE}={shlex.quote(build.yade)}\n"
         f'exec "${{wall[@]}}" setpriv --pdeathsig KILL {call}\n'
     )
 

@@ -19,7 +19,7 @@ from calibrator.case.vocabulary import SCHEMA
 from calibrator.errors import CalibratorError
 from calibrator.files import own_folder, parse_json, read_text, write_text
 from calibrator.runs.batch import Progress
-from calibrator.runs.cost import core_seconds
+from calibrator.runs.cost import core_hours, core_seconds
 from calibrator.runs.database import Database
 from calibrator.runs.engine import run
 from calibrator.runs.engines import ENGINES
@@ -45,6 +45,8 @@ class Workspace:
         anew; engine : "local" or "slurm".
     arguments : options of the command line that other verbs on these results need too, for the
         commands that messages name.
+    go_on : make all runs of a plan, also where the first ones fail alike; spent [h] : core-hours of
+        each batch that has been carried out since the workspace was made.
     """
 
     case: Case
@@ -52,6 +54,8 @@ class Workspace:
     fresh: bool = False
     engine: str = "local"
     arguments: tuple[str, ...] = ()
+    go_on: bool = False
+    spent: list[float] = dataclasses.field(default_factory=list, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", Path(self.path))
@@ -168,16 +172,52 @@ def work_left(space: Workspace, requests: Sequence[Request]) -> tuple[list[Reque
     return missing, float(core_seconds(missing, done).sum() / 3600) if missing else 0.0
 
 
-def carry_out(space: Workspace, requests: Sequence[Request], report: Report) -> list[Record]:
+@dataclass(frozen=True)
+class Budget:
+    """What one command may spend: the key of the case file, core-hours [h], and a way out."""
+
+    key: str
+    hours: float
+    remedy: str = "raise that budget, or ask for fewer runs"
+
+
+def beyond(space: Workspace, requests: Sequence[Request], budget: Budget | None = None) -> str:
+    """A sentence where what was spent and these runs together exceed the budget, else "".
+
+    budget : run.budget_core_hours unless another is given.
+    """
+    budget = budget or Budget("run.budget_core_hours", space.case.run.budget_core_hours)
+    missing, hours = work_left(space, requests)
+    spent = sum(space.spent)
+    if not missing or spent + hours <= budget.hours:
+        return ""
+    so_far = f" beyond the {spent:.2f} that this command has spent" if spent else ""
+    return (
+        f"{len(missing)} runs would take {hours:.2f} core-hours{so_far}, more than {budget.key} ="
+        f" {budget.hours:g}: {budget.remedy}; finished runs are kept, and the same command goes on"
+        " from them"
+    )
+
+
+def carry_out(
+    space: Workspace, requests: Sequence[Request], report: Report, budget: Budget | None = None
+) -> list[Record]:
     """Run what neither this folder nor the shipped database has.
 
-    Returns all finished records of the requests.
+    Returns all finished records of the requests. Raises CalibratorError, before any run, where they
+    are beyond the budget, which is run.budget_core_hours unless another is given.
     """
+    if words := beyond(space, requests, budget):
+        raise CalibratorError(words)
     there = space.shipped().records
     missing = [r for r in requests if r.run_id not in there]
     if missing:
         engine = ENGINES[space.engine](space.case)
-        run(engine, space.runs, missing, space.case.run.attempts, report)
+        before = {r.run_id for r in gather(space.runs, missing)}
+        attempts = space.case.run.attempts
+        records = run(engine, space.runs, missing, attempts, report, space.go_on)
+        new = [r for r in records if r.run_id not in before]
+        space.spent.append(sum(map(core_hours, new)))
     return space.finished(requests)
 
 

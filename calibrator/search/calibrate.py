@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from calibrator.responses.interpolant import (
     seed_noise,
 )
 from calibrator.responses.objectives import evaluation
+from calibrator.responses.success import HIGH, Success
 from calibrator.responses.table import points_of, response_table
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace, counts
@@ -54,8 +56,9 @@ def calibrate(space: Workspace) -> Calibration:
     case, problem = space.case, space.case.problem
     records = database_records(space)
     interpolant = fit(case, records)
-    fronts = search_fronts(case, interpolant)
-    points, reason = _chosen(space, interpolant, fronts[0])
+    success = Success.of(problem, records)
+    fronts = search_fronts(case, interpolant, success)
+    points, reason = _chosen(space, interpolant, success, fronts[0])
     found = Calibration(
         candidates=_candidates(case, interpolant, points),
         compromise_reason=reason,
@@ -66,10 +69,11 @@ def calibrate(space: Workspace) -> Calibration:
         seed_noise=_noise(problem, records, interpolant),
         replicated=_replicated(problem, records),
         leave_one_out_rms=_left_out_errors(interpolant),
-        reachability=unreachable(problem, interpolant),
-        identifiability=_identified(problem, records, interpolant, case.truth),
+        reachability=unreachable(problem, interpolant, success),
+        identifiability=_identified(problem, records, interpolant, success, case.truth),
         sensitivity=_sensitivity(case, records, interpolant),
-        unseen=problem.unseen,
+        unseen=_unseen(problem),
+        failures=_failures(success, points),
         arrays=_write_arrays(space, interpolant, fronts[0]),
         fingerprint=rests_on(case, records),
         **counts(records),
@@ -77,19 +81,41 @@ def calibrate(space: Workspace) -> Calibration:
     return space.note("calibrate", found)
 
 
-def search_fronts(case: Case, interpolant: Interpolant) -> list[SearchResult]:
-    """The search and its repeats with other seeds."""
+def _unseen(problem: Problem) -> tuple[str, ...]:
+    """A sentence for each set-up with a target that does not take every parameter."""
+    blind = {
+        setup: [n for n in problem.names if n not in problem.seen_by(setup)]
+        for setup in problem.calibration_setups
+    }
+    return tuple(
+        f"{setup} does not have {' and '.join(names)}: its responses are interpolated without"
+        for setup, names in blind.items()
+        if names
+    )
+
+
+def _failures(success: Success, points: dict[str, np.ndarray]) -> tuple[str, ...]:
+    """How runs failed, overall and around each candidate (d,), in words."""
+    around = [
+        f"{label}: {words}" for label, point in points.items() for words in success.nearest(point)
+    ]
+    return (*success.sentences, *around)
+
+
+def search_fronts(case: Case, interpolant: Interpolant, success: Success) -> list[SearchResult]:
+    """The search and its repeats with other seeds, among sets that are likely to run."""
     evaluate = evaluation(case.problem, interpolant, case.search.objectives)
     s = case.search
     first = Settings(
         s.population, s.generations, s.crossover, s.mutation, s.seed, (*SNAPSHOTS, s.generations)
     )
     settings = [dataclasses.replace(first, seed=s.seed + i) for i in range(s.repeats)]
-    return [search(case.problem, evaluate, own, s.objectives) for own in settings]
+    beyond = partial(success.excess, least=HIGH)
+    return [search(case.problem, evaluate, own, s.objectives, beyond) for own in settings]
 
 
 def _chosen(
-    space: Workspace, interpolant: Interpolant, front: SearchResult
+    space: Workspace, interpolant: Interpolant, success: Success, front: SearchResult
 ) -> tuple[dict[str, np.ndarray], str]:
     """Parameter sets (d,) of the candidates by label, and why the compromise is one."""
     case, keys = space.case, interpolant.responses
@@ -106,6 +132,7 @@ def _chosen(
         noise,
         case.verify.replicates,
         front.names,
+        success.probability(front.points),
     )
     individuals = spread(front.objectives).tolist() if len(front.names) > 1 else []
     points = {f"individual {chr(ord('A') + i)}": front.points[k] for i, k in enumerate(individuals)}
@@ -162,23 +189,25 @@ def _noise(
 
 
 def _replicated(problem: Problem, records: Sequence[Record]) -> tuple[int, int]:
-    """Parameter sets that were run more than once with success on a set-up, and all of them."""
-    good = [r for r in records if r.status == "ok"]
-    sets = [(r.request.setup, *(r.request.value(n) for n in problem.names)) for r in good]
-    counted = Counter(sets)
-    repeated = {one[1:] for one, count in counted.items() if count > 1}
-    return len(repeated), len({one[1:] for one in counted})
+    """Sets of a set-up's own parameters with several good runs, and all with one or more."""
+    counted = Counter(
+        (setup, *(r.request.value(n) for n in problem.seen_by(setup)))
+        for r in records
+        if r.status == "ok" and (setup := r.request.setup)
+    )
+    return sum(count > 1 for count in counted.values()), len(counted)
 
 
 def _identified(
     problem: Problem,
     records: Sequence[Record],
     interpolant: Interpolant,
+    success: Success,
     truth: dict[str, float],
 ) -> Identifiability:
     """Profiles with the truth of a synthetic laboratory, and as many accepted sets as are drawn."""
     alike = alike_seeds(*response_table(problem, records, interpolant.responses))
-    found = identify(problem, interpolant, alike=alike)
+    found = identify(problem, interpolant, success, alike=alike)
     profiles = tuple(dataclasses.replace(p, truth=truth.get(p.name)) for p in found.parameters)
     accepted = found.accepted[:: max(1, len(found.accepted) // ACCEPTED)]
     return dataclasses.replace(found, parameters=profiles, accepted=accepted)

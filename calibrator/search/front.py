@@ -60,6 +60,7 @@ def compromise(
     noise: Mapping[str, float],
     replicates: int = 1,
     names: Sequence[str] = ("error", "time_cost"),
+    success: np.ndarray | float = 1.0,
 ) -> tuple[int, str]:
     """The one member to recommend: the cheapest that meets every target, and is likely to.
 
@@ -76,6 +77,7 @@ def compromise(
     noise : response key -> seed noise of a single run, NaN where it is not known
     replicates : runs that will verify the member
     names : of the k objectives; cheapest is the smallest of the first that is not the error
+    success : (p,) probability that runs of a member end well, a factor of its chance
 
     Returns
     -------
@@ -91,7 +93,7 @@ def compromise(
     if not good.any():
         index = int(np.lexsort((cost, total))[0])
         return index, _missing(targets, mean[index], bands(targets, one_run, replicates))
-    chance = np.exp(chances(targets, mean, error, one_run, replicates))
+    chance = success * np.exp(chances(targets, mean, error, one_run, replicates))
     likely = np.flatnonzero(good & (chance >= NEARLY * chance[good].max()))
     index = int(likely[np.lexsort((total[likely], cost[likely]))[0]])
     best = "cheapest" if costs and np.ptp(cost) > 0 else "smallest error"

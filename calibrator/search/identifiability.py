@@ -16,6 +16,7 @@ from scipy.stats import chi2 as chi_squared
 from calibrator.case.problem import Problem
 from calibrator.responses.box import box_sample
 from calibrator.responses.interpolant import Interpolant
+from calibrator.responses.success import Success
 from calibrator.responses.targets import repeats, ruling, target_columns, target_errors
 from calibrator.search.parts import Identifiability, ParameterProfile
 
@@ -27,12 +28,15 @@ NEARBY = 64  # sample points around a position of which the best is a start
 ROUNDS = 12  # of the descent; it converges quadratically near the minimum
 WALKERS, STEPS = 256, 80  # of the map of accepted sets; every fifth step of the second half is kept
 
+BARRIER = 1000.0  # standard errors per unit of excess: the 95 % interval reaches 0.2 % beyond
+
 Residuals = Callable[[np.ndarray], np.ndarray]
 
 
 def identify(
     problem: Problem,
     interpolant: Interpolant,
+    success: Success | None = None,
     samples: int = 2**14,
     positions: int = 41,
     seed: int = 1,
@@ -50,8 +54,13 @@ def identify(
     others descend to the smallest chi2, first all over the range, then once more within the 95 %
     interval found. Random walkers that set out from the profiles then map the region that fits.
 
+    Sets that the constraints rule out, or whose runs are likely to fail, are not accepted however
+    well the interpolant matches there: the measured material did what was measured, and an
+    interpolant knows nothing of where no run ended well. Their chi2 rises steeply (see BARRIER).
+
     Parameters
     ----------
+    success : where runs succeed; everywhere, unless given
     samples : Sobol points of the box
     positions : of each profile over the range, and again over the 95 % interval
     seed : of sample and walkers
@@ -63,7 +72,8 @@ def identify(
     CalibratorError : a target's response is not interpolated, or it has neither scatter nor
         tolerance
     """
-    residuals, assumed = _residuals(problem, interpolant, alike)
+    success = success or Success(problem, ())
+    residuals, assumed = _residuals(problem, interpolant, success, alike)
     rng = np.random.default_rng(seed)
     curves, best = _curves(
         residuals, _searched(residuals, len(problem.names), samples, rng), positions
@@ -133,11 +143,12 @@ def _scaled(problem: Problem, units: np.ndarray) -> np.ndarray:
 
 
 def _residuals(
-    problem: Problem, interpolant: Interpolant, alike: np.ndarray | None
+    problem: Problem, interpolant: Interpolant, success: Success, alike: np.ndarray | None
 ) -> tuple[Residuals, tuple[str, ...]]:
-    """Function from points of the unit box (n, d) to normalised residuals (n, t).
+    """Function from points of the unit box (n, d) to normalised residuals.
 
-    Beside it stand the targets whose standard error had to be assumed.
+    They are those of the targets and, where not every set may be chosen, one more: (n, t) or
+    (n, t + 1). Beside it stand the targets whose standard error had to be assumed.
     """
     columns = target_columns(problem, interpolant.responses)
     errors, assumed = target_errors(problem)
@@ -148,10 +159,16 @@ def _residuals(
         same = np.maximum(same, alike[np.ix_(columns, columns)] * (setups[:, None] == setups))
     crowd = np.sqrt((same * ruling(problem.targets)).sum(axis=1).clip(1))
 
+    bounded = not success.certain or bool(problem.constraints)
+
     def residuals(units: np.ndarray) -> np.ndarray:
-        mean, std = interpolant.predict_with_error(_scaled(problem, units))
+        points = _scaled(problem, units)
+        mean, std = interpolant.predict_with_error(points)
         spread = np.hypot(errors, std[:, columns]) * crowd
-        return np.asarray((mean[:, columns] - values) / spread)
+        found = (mean[:, columns] - values) / spread
+        if not bounded:
+            return np.asarray(found)
+        return np.column_stack([found, BARRIER * success.excess(points)])
 
     return residuals, assumed
 

@@ -25,6 +25,7 @@ from calibrator.errors import CalibratorError
 MATINGS = 100  # rounds in one generation before too few new chromosomes are accepted
 _CROWDING = get_crowding_function("cd")
 Evaluate = Callable[[np.ndarray], np.ndarray]
+Excess = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,7 @@ def search(
     evaluate: Evaluate,
     settings: Settings,
     names: Sequence[str] = ("error", "time_cost"),
+    excess: Excess | None = None,
 ) -> SearchResult:
     """Evolve a random population towards the Pareto front of the objectives called names.
 
@@ -133,12 +135,15 @@ def search(
     Parameters
     ----------
     evaluate : points (n, d) -> objectives (n, k), all to be minimised
+    excess : points (n, d) -> (n,), 0 where a set may be chosen, else by how much it may not: such a
+        set ranks behind all that may, the less the better (Deb et al., section VI)
 
     Raises
     ------
-    CalibratorError : evaluate returns another shape, or a value that is not finite
+    CalibratorError : evaluate returns another shape, or a value that is not finite, or no set that
+        was tried may be chosen
     """
-    evolution = _evolution(problem, evaluate, settings, len(names))
+    evolution = _evolution(problem, evaluate, settings, len(names), excess)
     snapshots, fronts = {}, []
     population = next(evolution)
     for generation in range(settings.generations + 1):
@@ -147,7 +152,12 @@ def search(
         fronts.append(population.objectives[population.rank == 0])
         if generation in settings.snapshots:
             snapshots[generation] = (decode(problem, population.bits), population.objectives)
-    best = np.flatnonzero(population.rank == 0)
+    best = np.flatnonzero((population.rank == 0) & (population.excess == 0))
+    if not len(best):
+        raise CalibratorError(
+            "the search found no parameter set that the constraints allow and that is likely to"
+            " run: raise search.population, or widen the bounds"
+        )
     best = best[np.lexsort(population.objectives[best].T[::-1])]
     return SearchResult(
         decode(problem, population.bits[best]),
@@ -171,30 +181,42 @@ def generational_distance(fronts: Sequence[np.ndarray], final: np.ndarray) -> np
 class _Population:
     """Chromosomes with their objectives, ranks and crowding.
 
-    bits : (n, L); objectives : (n, k); rank : (n,); crowding : (n,) distance within the rank.
+    bits : (n, L); objectives : (n, k); excess : (n,) see `search`; rank : (n,); crowding : (n,)
+    distance within the rank.
     """
 
     bits: np.ndarray
     objectives: np.ndarray
+    excess: np.ndarray
     rank: np.ndarray
     crowding: np.ndarray
 
 
 def _evolution(
-    problem: Problem, evaluate: Evaluate, settings: Settings, objectives: int
+    problem: Problem,
+    evaluate: Evaluate,
+    settings: Settings,
+    objectives: int,
+    excess: Excess | None,
 ) -> Iterator[_Population]:
     """The random population and its successors, for ever or until nothing new can be made."""
+
+    def beyond(bits: np.ndarray) -> np.ndarray:
+        return np.zeros(len(bits)) if excess is None else excess(decode(problem, bits))
+
     rng = np.random.default_rng(settings.seed)
     length = sum(p.bits for p in problem.parameters)
     bits = rng.random((settings.population, length)) < 0.5
     bits = bits[_first_of_each(bits)]
-    population = _survivors(bits, _evaluated(problem, evaluate, bits, objectives), len(bits), rng)
+    values = _evaluated(problem, evaluate, bits, objectives)
+    population = _survivors(bits, values, beyond(bits), len(bits), rng)
     yield population
     while len(children := _children(population, settings, rng)):
         found = _evaluated(problem, evaluate, children, objectives)
         bits = np.concatenate([population.bits, children])
         values = np.concatenate([population.objectives, found])
-        population = _survivors(bits, values, settings.population, rng)
+        both = np.concatenate([population.excess, beyond(children)])
+        population = _survivors(bits, values, both, settings.population, rng)
         yield population
 
 
@@ -216,13 +238,17 @@ def _evaluated(
 
 
 def _survivors(
-    bits: np.ndarray, objectives: np.ndarray, count: int, rng: np.random.Generator
+    bits: np.ndarray,
+    objectives: np.ndarray,
+    excess: np.ndarray,
+    count: int,
+    rng: np.random.Generator,
 ) -> _Population:
     """The count best of bits (n, L).
 
     By rank, then by crowding distance in the front that does not fit in whole.
     """
-    rank = pareto_rank(objectives)
+    rank = _ranks(objectives, excess)
     order = np.argsort(rank, kind="stable")
     ends = np.cumsum(np.bincount(rank))
     ends = ends[: np.searchsorted(ends, count) + 1]  # up to the front that fills the population
@@ -235,7 +261,22 @@ def _survivors(
         loosest = randomized_argsort(crowding[last], order="descending", random_state=rng)
         fronts[-1] = last[loosest[: count - ends[-1]]]
     chosen = np.concatenate(fronts)
-    return _Population(bits[chosen], objectives[chosen], rank[chosen], crowding[chosen])
+    return _Population(
+        bits[chosen], objectives[chosen], excess[chosen], rank[chosen], crowding[chosen]
+    )
+
+
+def _ranks(objectives: np.ndarray, excess: np.ndarray) -> np.ndarray:
+    """Pareto ranks (n,) of objectives (n, k); behind them, by their excess (n,), what has one."""
+    outside = excess > 0
+    if not outside.any():
+        return np.asarray(pareto_rank(objectives))
+    rank = np.empty(len(objectives), int)
+    _, rank[outside] = np.unique(excess[outside], return_inverse=True)
+    if not outside.all():
+        rank[~outside] = pareto_rank(objectives[~outside])
+        rank[outside] += rank[~outside].max() + 1
+    return rank
 
 
 def _children(population: _Population, settings: Settings, rng: np.random.Generator) -> np.ndarray:

@@ -39,7 +39,8 @@ class Calibration(Counts):
         of what is held out where the runs measured it; None where too few replicates say.
     replicated : parameter sets with replicates, and all sets.
     leave_one_out_rms : error of the interpolant at sets left out, in the response's unit.
-    unseen : which set-ups do not have which parameters, a sentence each.
+    unseen : which set-ups do not have which parameters, a sentence each; failures : how many runs
+        failed, and how many of those nearest to each candidate, likewise.
     arrays : hash of calibration.npz beside the summary, which holds the front, the populations and
         the interpolant's state (see `Traces`).
     fingerprint : of all that this was computed from.
@@ -56,6 +57,7 @@ class Calibration(Counts):
     identifiability: Identifiability
     sensitivity: Sensitivity
     unseen: tuple[str, ...]
+    failures: tuple[str, ...]
     arrays: str
     fingerprint: Fingerprint
 
@@ -109,7 +111,7 @@ class Calibration(Counts):
         chosen = self.compromise.parameters
         values = ", ".join(f"{k} = {v:.4g}" for k, v in chosen.items())
         first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
-        sentences = (*self.unseen, *self.reachability.sentences)
+        sentences = (*self.unseen, *self.failures, *self.reachability.sentences)
         said = [first, *(f"  {sentence}" for sentence in sentences)]
         said += [f"  {doubt}" for doubt in self.doubts]
         for p in self.identifiability.parameters:
@@ -184,6 +186,7 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
         {
             "targets": problem.targets,
             "parameters": problem.parameters,
+            "constraints": problem.constraints,
             "fixed values": problem.fixed,
             "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
             "interpolation": case.interpolation,

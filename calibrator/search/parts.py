@@ -65,6 +65,7 @@ class TargetReach:
 
     low and high bound the values found, best is the nearest to the target value, gap its distance
     in combined standard errors of target and interpolant; the target is out of reach beyond 2.
+    only_failing : it is out of reach, but not where runs are likely to fail.
     """
 
     DERIVED = ("reachable", "hint", "sentence")
@@ -75,6 +76,7 @@ class TargetReach:
     high: float
     best: float
     gap: float
+    only_failing: bool = False
 
     @property
     def reachable(self) -> bool:
@@ -87,6 +89,12 @@ class TargetReach:
         span = f"the box reaches {self.low:.4g} to {self.high:.4g}"
         if self.reachable:
             return f"{self.key} = {self.value:.4g} can be reached: {span}"
+        if self.only_failing:
+            return (
+                f"{self.key} = {self.value:.4g} is reached only where runs fail: where they"
+                f" succeed, {span}, {self.gap:.1f} standard errors short; change what makes"
+                " them fail"
+            )
         return (
             f"{self.key} = {self.value:.4g} cannot be reached: {span}, {self.gap:.1f} standard"
             f" errors short; {self.hint or 'widen the bounds'}"
@@ -127,7 +135,8 @@ def _power_of_ten(value: float, low: float, high: float) -> int:
 class JointReach:
     """The set of the box where the worst-met target is met best.
 
-    misfit : of that target there, in combined standard errors; worst : its key; point : (d,).
+    misfit : of that target there, in combined standard errors; worst : its key; point : (d,);
+    only_failing : the targets are met together only where runs are likely to fail.
     """
 
     DERIVED = ("reachable", "sentence")
@@ -135,6 +144,7 @@ class JointReach:
     misfit: float
     worst: str
     point: tuple[float, ...]
+    only_failing: bool = False
 
     @property
     def reachable(self) -> bool:
@@ -148,6 +158,12 @@ class JointReach:
             return (
                 f"all targets can be met together, the worst ({self.worst}) within"
                 f" {self.misfit:.1f} standard errors"
+            )
+        if self.only_failing:
+            return (
+                f"the targets are met together only where runs fail: where they succeed,"
+                f" {self.worst} stays {self.misfit:.1f} standard errors off at best; change what"
+                " makes them fail"
             )
         return (
             f"the targets cannot be met together: {self.worst} stays {self.misfit:.1f} standard"

@@ -64,7 +64,7 @@ class Comparison:
         promise = "" if self.predicted is None else f", predicted {self.predicted:.5g}"
         start = f"{self.key}: target {self.target:.5g}{promise}, "
         if self.simulated is None or self.relative_error is None:
-            return f"{start}not measured by any of {self.attempted} fresh runs: MISSED"
+            return f"{start}not measured by any of {self.attempted} fresh runs: {self.verdict}"
         error = (
             " +- unknown (a single run)"
             if self.standard_error is None

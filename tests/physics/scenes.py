@@ -41,7 +41,8 @@ from scenes_effects import (
     sizes,
     twisted_contact,
 )
-from scenes_rest import lingering_step, lost_grain, settled_layer
+from scenes_rest import lingering_step, lost_grain, settled_layer, shot_grain
+from scenes_step import damped_steps, largest_stable_step
 
 
 def experiments():
@@ -92,7 +93,16 @@ def experiments():
     yield clump_fall, (0.01,)
     yield sizes, (0.25,)
     yield settled_layer, ()
-    yield lost_grain, ()
+    yield from ((lost_grain, (speed,)) for speed in (0.0, 0.1))
+    yield from steps_of_damped_grains()
+
+
+def steps_of_damped_grains():
+    """Those on the time step."""
+    yield shot_grain, ()
+    for mode in ("normal", "spin"):
+        yield from ((largest_stable_step, (mode, e)) for e in (0.3, 0.5, 0.9))
+    yield damped_steps, ()
 
 
 def main():

@@ -51,15 +51,37 @@ def settled_layer(count=200, diameter=0.03):
     return dict(threshold=p["filling_kinetic_energy"], at_rest=at_rest, later=energies())
 
 
-def lost_grain():
+def lost_grain(pouring_velocity):
     """A filling without a floor: why it ends, and after what simulated time [s]."""
-    p, grain, _ = scene()
+    p, grain, _ = scene(pouring_velocity=pouring_velocity)
     ids = session.add_grains(p, np.array([[0.0, 0.0, 0.01]]), grain, np.random.default_rng(1))
     try:
         session.fill(p, ids, {})
     except stop.NotSettled as error:
         return dict(error=str(error), time=O.time, longest_time=p["longest_time"])
     return dict(error=None, time=O.time, longest_time=p["longest_time"])
+
+
+def shot_grain():
+    """A filling, and a wait for rest, in which a grain is far too fast: how each ends."""
+    ends, speed = [], 20.0
+    for part in ("filling", "release"):
+        p, grain, _ = scene(gravity=False)
+        ids = session.add_grains(p, np.array([[0.0, 0.0, 0.01]]), grain, np.random.default_rng(1))
+        states = session.states_of(ids)
+        possible = material.possible_speed(p, 0.01)
+        try:
+            if part == "release":
+                states[0].vel = (0, 0, 0)
+                session.fill(dict(p, filling_kinetic_energy=1.0), ids, {})
+            states[0].vel = (0, 0, speed)
+            if part == "filling":
+                session.fill(p, ids, {})
+            else:
+                session.at_rest(p, ids, states)
+        except stop.Unstable as error:
+            ends.append(str(error))
+    return dict(ends=ends, speed=speed, possible=possible, time_step=O.dt)
 
 
 def lingering_step():

@@ -59,12 +59,15 @@ def test_friction_of_a_contact_is_the_sliding_friction_coefficient(measured, par
     assert m["friction"] == pytest.approx(m["parameters"]["sliding_friction"], rel=1e-9)
 
 
-@pytest.mark.parametrize(("restitution", "tolerance"), [(0.5, 0.04), (0.9, 0.01), (0.93, 0.01)])
+@pytest.mark.parametrize(("restitution", "tolerance"), [(0.5, 0.07), (0.9, 0.01), (0.93, 0.01)])
 @pytest.mark.parametrize("partner", PARTNERS)
 def test_restitution_in_a_head_on_impact_is_the_requested_one(
     measured, partner, restitution, tolerance
 ):
-    """A stronger damping is sampled more coarsely by the same time step: 0.5 comes out 3 % low."""
+    """A stronger damping is sampled more coarsely: 0.5 comes out up to 6 % low.
+
+    By how much depends on where in the impact the steps fall.
+    """
     m = measured("rebound", partner, restitution)
     assert m["contacts_left"] == 0
     assert m["restitution"] == pytest.approx(restitution, rel=tolerance)
@@ -252,8 +255,10 @@ def test_layer_at_rest_by_translational_energy_still_spins(measured):
 
 
 def test_a_grain_that_has_left_the_vessel_ends_the_filling_soon_and_says_why(measured):
-    m = measured("lost_grain")
-    assert "a grain has left the vessel" in m["error"] and m["time"] < 0.1 * m["longest_time"]
+    for speed in (0.0, 0.1):
+        m = measured("lost_grain", speed)
+        assert "a grain has left the vessel" in m["error"] and m["time"] < 0.1 * m["longest_time"]
+        assert ("lower pouring_velocity" in m["error"]) is (speed > 0)  # none is below nothing
 
 
 def test_a_wait_begins_when_the_last_step_of_the_one_before_has_ended(measured):

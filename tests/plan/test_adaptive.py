@@ -8,10 +8,14 @@ import pytest
 from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.plan.adaptive import Settings, bands, chances, is_met, propose
 from calibrator.plan.design import sobol
+from calibrator.responses.success import Success
+from calibrator.runs.record import Record
+from calibrator.runs.request import Request
 
 FRICTIONS = (Parameter("rolling_friction", 0.1, 0.5), Parameter("sliding_friction", 0.2, 0.7))
 KEYS = ("hourglass.bulk_density", "hourglass.drained_equivalent_angle_deg")
 NOISE = np.array([4.0, 0.4])
+RUN = {"bulk_density": 1600.0, "drained_equivalent_angle_deg": 35.0}
 SIXTY = Settings(budget=60)
 
 
@@ -29,6 +33,20 @@ def problem(values):
     )
 
 
+def outcomes(own, good, failed):
+    """What the classifier learns from sets of good and of clogged runs."""
+    records = [
+        Record(
+            Request.of("hourglass", **dict(zip(own.names, map(float, point), strict=True))),
+            how,
+            RUN,
+        )
+        for how, points in (("ok", good), ("clogged", failed))
+        for point in points
+    ]
+    return Success.of(own, records)
+
+
 def designed(own, seed, settings=SIXTY, bad=lambda points: np.zeros(len(points), bool)):
     """Run a design to its end: the last proposal, the kinds on the way, the number of runs."""
     rng = np.random.default_rng(seed)
@@ -36,7 +54,7 @@ def designed(own, seed, settings=SIXTY, bad=lambda points: np.zeros(len(points),
     values, kinds = respond(points) + NOISE * rng.standard_normal((len(points), 2)), []
     failed = np.empty((0, 2))
     while True:
-        proposal = propose(own, points, values, settings, failed=failed)
+        proposal = propose(own, points, values, settings, success=outcomes(own, points, failed))
         kinds.append(proposal.kind)
         if proposal.stops:
             return proposal, kinds, len(points)

@@ -14,7 +14,7 @@ from calibrator.plan.run import collect, database_records, note_proposal, propos
 from calibrator.plan.seeds import SUBSTITUTE_SEED
 from calibrator.runs import workspace
 from calibrator.runs.database import Database
-from tests.conftest import space_for
+from tests.conftest import LAB, space_for
 from tests.stand_in import World, put_in_place
 
 
@@ -125,3 +125,56 @@ def test_runs_that_an_adaptive_design_proposed_before_the_geometry_changed_are_n
     space = space_for(wider, tmp_path)
     run_plan(space)
     assert {r.request.parameters["neck_diameter"] for r in database_records(space)} == {0.0145}
+
+
+WITH_LEDGE = LAB.replace("37.44,0.2,8,deg,held_out", "37.44,0.2,8,deg,calibrate")
+CEILING = (
+    'design = "sobol"\nsets = 14\nreplicates = 2',
+    'design = "adaptive"\nsets = 8\nreplicates = 3\nmost_runs = 21',
+)
+
+
+@pytest.mark.parametrize("status", ["clogged", "not_settled", "crash"])
+def test_an_adaptive_design_never_makes_more_runs_than_it_may(
+    write_case, tmp_path, monkeypatch, status
+):
+    fails = World(status_of=lambda s, p, seed: status if seed >= 10_000_000 else "ok")
+    put_in_place(monkeypatch, fails)
+    with pytest.raises(CalibratorError, match=r"starts with 24 runs, more than .* = 21"):
+        space_for(write_case(CEILING, lab=WITH_LEDGE), tmp_path)
+    space = space_for(write_case(CEILING), tmp_path)
+    outcome = run_plan(space)
+    assert outcome.runs == 21 == sum(outcome.statuses.values())
+    assert outcome.statuses["ok"] == 12 and outcome.ended == "budget"
+    assert "budget of 21 runs is used, and no set is confirmed" in outcome.lines()[-1]
+    assert run_plan(space).runs == 21  # nor when it is called again
+
+
+@pytest.mark.parametrize("design", [CEILING, ("sets = 14", "sets = 6")])
+def test_a_plan_of_which_every_run_clogs_ends_in_one_sentence(
+    write_case, tmp_path, monkeypatch, capsys, design
+):
+    put_in_place(monkeypatch, World(status_of=lambda s, p, seed: "clogged"))
+    path = write_case(design)
+    assert main(["all", str(path), "--results", str(tmp_path / "results")]) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "hourglass runs clogged: widen the neck" in said
+
+
+def test_a_design_with_too_few_good_runs_makes_more_far_from_them_all(
+    write_case, tmp_path, monkeypatch
+):
+    def one_in_three(setup, p, seed):
+        return "ok" if p["sliding_friction"] < 0.35 else "clogged"
+
+    made = put_in_place(monkeypatch, World(status_of=one_in_three))
+    few = (
+        'design = "sobol"\nsets = 14\nreplicates = 2',
+        'design = "adaptive"\nsets = 4\nmost_runs = 30',
+    )
+    outcome = run_plan(space_for(write_case(few), tmp_path))
+    assert outcome.statuses["ok"] > 5 and len(made.made) <= 30 and outcome.ended
+    nothing = few[0], few[1].replace("30", "7")
+    space = space_for(write_case(nothing), tmp_path / "again")
+    with pytest.raises(CalibratorError, match=r"used its budget, and hourglass.*was measured at"):
+        run_plan(space)

@@ -1,5 +1,6 @@
 """What every engine promises, on a fake YADE that crashes, hangs, lies and writes half a file."""
 
+import dataclasses
 import json
 import signal
 import subprocess
@@ -170,6 +171,42 @@ def test_that_yade_could_not_be_started_is_no_failure_of_the_runs(tmp_path, make
     broken.unlink()
     assert [r.status for r in engine.run(make(), folder, requests(2))] == ["ok", "crash"]
     assert len(calls(folder)) == 3
+
+
+def test_a_plan_whose_first_runs_all_fail_alike_starts_no_other_unless_it_is_to_go_on(
+    tmp_path, make
+):
+    folder, asked, seen = folder_with(tmp_path, all="unstable", duration=1), requests(12), []
+    place = make()
+    # an array of three tasks at most, or all would have been started at once
+    place.options = dataclasses.replace(place.options, most_tasks=1) if place.cores is None else 0
+    with pytest.raises(
+        CalibratorError, match=r"^the first \d+ of 12 runs all failed alike, unstable: .*--go-on"
+    ) as error:
+        engine.run(place, folder, asked, report=seen.append)
+    assert "lower rayleigh_fraction or time_step" in str(error.value)
+    made = len(calls(folder))
+    assert 8 <= made < 12 and max(p.done for p in seen) >= 8 and folder.failures() == {}
+    with pytest.raises(CalibratorError, match="failed alike"):  # nor by another call
+        engine.run(make(), folder, asked)
+    assert len(calls(folder)) == made
+    (folder.path / "misbehave.json").write_text("{}")
+    ended = [r.status for r in engine.run(make(), folder, asked, go_on=True)]
+    assert ended.count("ok") >= 1 and ended.count("unstable") >= 8 and len(ended) == 12
+
+
+def test_a_plan_of_few_runs_is_carried_out_however_they_fail(tmp_path, make):
+    folder = folder_with(tmp_path, all="unstable")
+    assert [r.status for r in engine.run(make(), folder, requests(8))] == ["unstable"] * 8
+    assert len(calls(folder)) == 8  # and none is tried again
+
+
+def test_a_run_that_is_tried_again_is_counted_as_that_and_not_as_done(tmp_path, make):
+    folder, seen = folder_with(tmp_path, duration=1, **{"0": "segfault"}, once=True), []
+    engine.run(make(), folder, requests(2), report=seen.append)
+    assert max(p.retried for p in seen) == 1 and all(p.failed == 0 for p in seen)
+    last = seen[-1]
+    assert (last.done, last.total, last.retried, last.left) == (2, 2, 0, 0)
 
 
 @pytest.mark.parametrize("name", FOLDERS)

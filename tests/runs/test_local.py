@@ -17,7 +17,7 @@ REPO = Path(__file__).resolve().parents[2]
 def test_yade_inherits_nothing_but_what_it_needs(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", "/nowhere")
     monkeypatch.setenv("OMP_NUM_THREADS", "64")
-    environment = local.clean_environment(60)
+    environment = local.clean_environment(600, 60)
     assert "PYTHONPATH" not in environment and environment["OMP_NUM_THREADS"] == "1"
 
 
@@ -75,3 +75,20 @@ def test_without_a_number_of_jobs_only_the_cores_that_are_allowed_are_used(
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0, 5, 7})
     run(folder_with(tmp_path), requests(1))
     assert asked == [3]
+
+
+def test_a_run_may_wait_for_a_busy_machine_but_not_compute_for_ever(
+    tmp_path, fake_yade, monkeypatch
+):
+    """The limit is one of CPU time; that by the clock, ten times as long, is for what hangs."""
+    monkeypatch.setattr(local, "cpu_limit", lambda cost, patience: 2 * patience)
+    folder = folder_with(tmp_path, **{"0": "busy"}, duration=3)
+    ended = [(r.status, r.error) for r in run(folder, requests(2), jobs=1, attempts=1)]
+    assert ended == [("timeout", "its limit of CPU time passed"), ("ok", "")]
+    assert batch.time_limit({"a": 30.0}, 2.0) == 10 * batch.cpu_limit({"a": 30.0}, 2.0) == 6000.0
+
+
+def test_a_killed_run_hints_at_memory(tmp_path, fake_yade):
+    (record,) = run(folder_with(tmp_path, **{"0": "killed"}), requests(1), jobs=1, attempts=1)
+    assert record.status == "lost" and "runs out of memory" in record.error
+    assert "run.jobs" in record.error

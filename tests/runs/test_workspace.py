@@ -1,5 +1,7 @@
 """The folder of a case's results, and the summary in it: whole and unedited, or not believed."""
 
+import dataclasses
+
 import pytest
 
 from calibrator.case.toml import read_case
@@ -8,6 +10,8 @@ from calibrator.errors import CalibratorError
 from calibrator.plan.forecast import forecast
 from calibrator.plan.outcome import Forecast
 from calibrator.runs import workspace
+from calibrator.runs.request import Request
+from tests.conftest import space_for
 
 
 @pytest.mark.parametrize("name", ["", "plan"])
@@ -54,3 +58,33 @@ def test_a_summary_edited_by_hand_is_not_believed(write_case, tmp_path):
     path.write_text(path.read_text().replace('"runs": 4', '"runs": 5', 1))
     with pytest.raises(CalibratorError, match="edited"):
         space.summary()
+
+
+def test_the_budget_is_asked_before_every_batch_and_knows_what_was_spent(
+    write_case, tmp_path, fake_yade
+):
+    space = space_for(write_case(("jobs = 1", "jobs = 1\nbudget_core_hours = 100")), tmp_path)
+    few = [Request.of("ledge", seed=s) for s in range(2)]
+    hours = workspace.work_left(space, few)[1]
+    budget = workspace.Budget("run.budget_core_hours", 1.001 * hours)
+    workspace.carry_out(space, few, workspace.silent, budget)
+    assert 0 < sum(space.spent) < hours
+    workspace.carry_out(space, few, workspace.silent, budget)  # they are there: nothing to spend
+    more = [Request.of("ledge", seed=s) for s in range(2, 4)]
+    with pytest.raises(
+        CalibratorError,
+        match=r"^2 runs would take .* beyond the .* more than run\.budget_core_hours = .* kept",
+    ):
+        workspace.carry_out(space, more, workspace.silent, dataclasses.replace(budget, hours=hours))
+    assert len(space.finished(few)) == 2 and space.finished(more) == []
+
+
+def test_a_verification_asks_the_budget_too(write_case, tmp_path, fake_yade, capsys):
+    results = ["--results", str(tmp_path / "results")]
+    path = str(write_case())
+    for verb in ("run", "collect", "calibrate"):
+        assert main([verb, path, *results]) == 0
+    path = str(write_case(("jobs = 1", "jobs = 1\nbudget_core_hours = 1e-6")))
+    capsys.readouterr()
+    assert main(["verify", path, *results]) == 2
+    assert "run.budget_core_hours" in capsys.readouterr().err

@@ -1,5 +1,7 @@
 """Profiles against linear models, whose intervals and coverage follow from the covariance."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -256,3 +258,55 @@ def test_single_parameter_has_a_profile_too():
         ERROR / np.linalg.norm([100, 20, 50]), rel=1e-3
     )
     np.testing.assert_allclose(found.correlation, [[1]])
+
+
+def test_copies_of_one_measurement_are_one_measurement():
+    """By definition, or because the same seeds move them."""
+
+    mass, share, onset = (
+        f"hourglass.{r}" for r in ("residual_mass", "residual_fraction", "onset_delay")
+    )
+
+    class Copies(Linear):
+        responses = (mass, share, onset)
+
+        def predict(self, points):
+            return 1000 + 100 * points[:, :1] * [1, 1, 0]
+
+    def width(keys, alike=None):
+        targets = tuple(Target(*k.split("."), 1050.0, scatter=ERROR) for k in keys)
+        one = Problem((PARAMETERS[0],), targets)
+        found = identify(one, Copies(), samples=2**6, positions=11, alike=alike)
+        return np.diff(found.parameters[0].interval_95)[0]
+
+    assert width([mass, share]) == pytest.approx(width([mass]), rel=1e-3)
+    alike = np.array([[1.0, 0, 1], [0, 1, 0], [1, 0, 1]])
+    Copies.predict = lambda self, points: 1000 + 100 * points[:, :1] * [1, 0, 1]
+    assert width([mass, onset], alike) == pytest.approx(width([mass]), rel=1e-3)
+    assert width([mass, onset]) == pytest.approx(width([mass]) / np.sqrt(2), rel=1e-2)
+
+
+def test_a_target_of_weight_zero_narrows_no_interval():
+    targets = problem(exact(Linear())).targets
+    idle = (*targets[:2], dataclasses.replace(targets[2], value=1e6, weight=0.0))
+    both, two = (
+        identify(Problem(PARAMETERS, chosen), Linear(), samples=2**8).parameters
+        for chosen in (idle, targets[:2])
+    )
+    for a, b in zip(both, two, strict=True):
+        np.testing.assert_allclose(a.interval_95, b.interval_95, rtol=1e-3)
+
+
+def test_targets_that_no_set_agrees_with_pin_nothing_down():
+    found = identify(problem([1050.0, 900.0, 2000.0]), Linear(), samples=2**8)
+    assert found.refused and np.isfinite(found.correlation).all()
+    for profile in found.parameters:
+        assert not profile.pinned and profile.range == "no interval"
+        assert "no parameter set agrees" in profile.sentence
+
+
+def test_an_interval_that_ends_at_a_bound_is_one_sided_and_pins_nothing_down():
+    values = Linear().predict(np.array([[0.0, 1.0]]))[0]
+    profile = identify(problem(values), Linear(), samples=2**8).parameters[0]
+    assert not profile.pinned and profile.walled == (True, False)
+    assert f"at most {profile.interval_95[1]:.4g}" in profile.sentence

@@ -196,10 +196,18 @@ def test_each_bit_flips_with_the_mutation_probability():
 
 def test_tournament_prefers_rank_then_crowding():
     pair = _Population(
-        np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([0, 1]), np.array([0.1, 9.0])
+        np.zeros((2, 1), bool),
+        np.zeros((2, 1)),
+        np.zeros(2),
+        np.array([0, 1]),
+        np.array([0.1, 9.0]),
     )
     crowd = _Population(
-        np.zeros((2, 1), bool), np.zeros((2, 1)), np.array([1, 1]), np.array([9.0, 2.0])
+        np.zeros((2, 1), bool),
+        np.zeros((2, 1)),
+        np.zeros(2),
+        np.array([1, 1]),
+        np.array([9.0, 2.0]),
     )
     for population in (pair, crowd):
         assert not _tournament(population, (20, 2), np.random.default_rng(0)).any()
@@ -207,7 +215,11 @@ def test_tournament_prefers_rank_then_crowding():
 
 def test_tournament_lets_every_member_enter_equally_often():
     equals = _Population(
-        np.zeros((10, 1), bool), np.zeros((10, 1)), np.zeros(10, int), np.full(10, np.inf)
+        np.zeros((10, 1), bool),
+        np.zeros((10, 1)),
+        np.zeros(10),
+        np.zeros(10, int),
+        np.full(10, np.inf),
     )
     wins = np.bincount(_tournament(equals, (5000, 2), np.random.default_rng(0)).ravel())
     np.testing.assert_allclose(wins, 1000, atol=100)

@@ -48,6 +48,9 @@ class Slice:
     runs_at, runs_mean, runs_error : (p,) parameter value, mean response and its standard error at
         the points of the database
     nearness : (p,) 0 to 1, how close each of those points lies to the line: distant ones are faint
+    failed_at : (f,) parameter values of the runs that failed
+    runs_fail : (k,) where along the line a run is likely to fail
+    log : whether the parameter has a log scale
     """
 
     label: str
@@ -59,6 +62,9 @@ class Slice:
     runs_mean: np.ndarray
     runs_error: np.ndarray
     nearness: np.ndarray
+    failed_at: np.ndarray
+    runs_fail: np.ndarray
+    log: bool = False
 
 
 @styled
@@ -83,6 +89,10 @@ def slices(panels: Sequence[Slice], label: str, target: float, band: float) -> F
         "target and its band": (Patch(color=GREEN, alpha=0.18), line_handle(GREEN, width=1)),
         "compromise": line_handle(RED, "--", 1.3),
     }
+    if any(len(panel.failed_at) for panel in panels):
+        entries["failed runs"] = dot_handle(RED, "x")
+    if any(panel.runs_fail.any() for panel in panels):
+        entries["runs are likely to fail"] = Patch(color=GREY, alpha=0.25)
     draw_legend(figure, entries)
     return figure
 
@@ -105,7 +115,19 @@ def _draw_slice(ax: Axes, panel: Slice, target: float, band: float) -> None:
     ax.plot(panel.positions, panel.mean, color=BLUE, linewidth=1.8)
     # the line may lie on the frame, and is seen there too
     ax.axvline(panel.chosen, color=RED, linewidth=1.3, linestyle="--", clip_on=False)
-    ax.set(xlabel=panel.label, xlim=(panel.positions[0], panel.positions[-1]))
+    low, high = ax.get_ylim()
+    fails = panel.runs_fail
+    ax.fill_between(panel.positions, low, high, fails, color=GREY, alpha=0.25, linewidth=0)
+    ax.scatter(
+        panel.failed_at,
+        np.full(len(panel.failed_at), low),
+        20,
+        color=RED,
+        marker="x",
+        clip_on=False,
+    )
+    ax.set(xlabel=panel.label, xlim=(panel.positions[0], panel.positions[-1]), ylim=(low, high))
+    ax.set_xscale("log" if panel.log else "linear")
     set_ticks(ax)
 
 
@@ -156,7 +178,7 @@ class Profile:
     """A parameter's profile.
 
     label : of its axis; positions, chi2 : (b,); interval : of 95 %; chosen : its value at the
-    compromise; truth : where it is known.
+    compromise; truth : where it is known; log : whether the parameter has a log scale.
     """
 
     label: str
@@ -165,6 +187,7 @@ class Profile:
     interval: tuple[float, float]
     chosen: float
     truth: float | None = None
+    log: bool = False
 
 
 @styled
@@ -202,13 +225,19 @@ def _draw_profile(ax: Axes, profile: Profile) -> None:
         xlabel=profile.label,
         xlim=(profile.positions[0], profile.positions[-1]),
         ylim=(0, 3.2 * LEVEL_95),
+        xscale="log" if profile.log else "linear",
     )
     set_ticks(ax)
 
 
 @styled
 def ridge(
-    accepted: np.ndarray, bounds: np.ndarray, labels: Sequence[str], chosen: np.ndarray
+    accepted: np.ndarray,
+    bounds: np.ndarray,
+    labels: Sequence[str],
+    chosen: np.ndarray,
+    failed: np.ndarray,
+    logs: Sequence[bool],
 ) -> Figure:
     """Parameter sets that the targets accept, projected on every pair of parameters.
 
@@ -220,6 +249,8 @@ def ridge(
     bounds : (2, d) the box
     labels : d axis labels
     chosen : (d,) the compromise
+    failed : (f, d) sets of the runs that failed, NaN where they have no such parameter
+    logs : d, which parameters have a log scale
     """
     require_some(accepted, "accepted parameter set", "calibrate first")
     require_finite("accepted sets", accepted)
@@ -234,19 +265,26 @@ def ridge(
             ax.remove()
             continue
         pair = [column, y]
-        _draw_pair(ax, accepted[:, pair], bounds[:, pair], chosen[pair])
+        ax.set(xscale="log" if logs[column] else "linear", yscale="log" if logs[y] else "linear")
+        _draw_pair(ax, accepted[:, pair], bounds[:, pair], chosen[pair], failed[:, pair])
         ax.set_xlabel(labels[column] if row == last - 1 else "")
         ax.set_ylabel(labels[y] if column == 0 else "")
     entries = {
         "accepted by the targets": dot_handle(BLUE, alpha=0.6),
         "compromise": dot_handle(RED, "*", markersize=11),
     }
+    if len(failed):
+        entries["failed runs"] = dot_handle(GREY, "x")
     draw_legend(figure, entries)
     return figure
 
 
-def _draw_pair(ax: Axes, accepted: np.ndarray, bounds: np.ndarray, chosen: np.ndarray) -> None:
-    """Accepted sets (k, 2) and the compromise (2,) along two parameters."""
+def _draw_pair(
+    ax: Axes, accepted: np.ndarray, bounds: np.ndarray, chosen: np.ndarray, failed: np.ndarray
+) -> None:
+    """Accepted sets (k, 2), failed runs (f, 2) and the compromise (2,) along two parameters."""
+    failed = failed[np.isfinite(failed).all(axis=1)]
+    ax.scatter(failed[:, 0], failed[:, 1], 20, color=GREY, marker="x", linewidth=1)
     ax.scatter(accepted[:, 0], accepted[:, 1], s=4, color=BLUE, alpha=0.25, linewidth=0)
     ax.plot(*chosen, "*", color=RED, markeredgecolor="white", markersize=12, clip_on=False)
     ax.set(xlim=bounds[:, 0], ylim=bounds[:, 1])

@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import EngFormatter, MaxNLocator
+from matplotlib.ticker import EngFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from calibrator.errors import CalibratorError
 
@@ -137,6 +137,12 @@ def set_ticks(axes: Axes, horizontal: bool = True, count: int = 5) -> None:
     Very large or small numbers get the SI prefix instead of an offset that is easily overlooked.
     """
     axis, limits = (axes.xaxis, axes.get_xlim()) if horizontal else (axes.yaxis, axes.get_ylim())
+    if axis.get_scale() == "log":
+        few = limits[1] < 100 * limits[0]
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,), numticks=count))
+        axis.set_major_formatter(EngFormatter(sep=" "))
+        axis.set_minor_formatter(NullFormatter())
+        return
     axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]))
     largest = max(map(abs, limits))
     if largest >= 1e5 or largest < 5e-3:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from calibrator import check
 from calibrator.case.case import Case
 from calibrator.case.toml import read_case
 from calibrator.cli import VERBS, main
@@ -21,7 +22,7 @@ from calibrator.report import html
 from calibrator.runs.engines import ENGINES
 from tests.campaigns.answers.laboratory import Laboratory, case_text, measure
 from tests.campaigns.answers.worlds import MadeUp, draw
-from tests.stand_in import StandIn
+from tests.stand_in import StandIn, lacking_nothing
 
 DRAWN = 4  # every so manieth page has its figures, which are most of a trial's time
 EDITED = 0.25  # share of the laboratories in which an input is edited between two verbs
@@ -100,14 +101,15 @@ def _refuse(constant: str) -> float:
 @contextlib.contextmanager
 def _in_place(place: StandIn, drawn: bool) -> Any:
     """Put a stand-in in place of the local engine, and no figures on most pages."""
-    engine, figure = ENGINES["local"], html.Album.figure
+    engine, figure, examine = ENGINES["local"], html.Album.figure, check.examine
     ENGINES["local"] = lambda case: place
+    check.examine = lacking_nothing
     if not drawn:
         html.Album.figure = lambda *given: ""  # type: ignore[method-assign]
     try:
         yield
     finally:
-        ENGINES["local"] = engine
+        ENGINES["local"], check.examine = engine, examine
         html.Album.figure = figure  # type: ignore[method-assign]
 
 

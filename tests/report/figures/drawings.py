@@ -11,11 +11,17 @@ AT = np.linspace(0.1, 0.4, 21)
 TIME = np.linspace(0, 1, 30)
 
 
+DECADE = dict(
+    positions=AT * 1e7, runs_at=AT[:6] * 1e7, failed_at=AT[-2:] * 1e7, chosen=2e6, log=True
+)
+
+
 def some_slice(label="rolling friction", **changes):
     runs = RNG.random(6)
     given = dict(
         label=label, chosen=0.2, positions=AT, mean=30 + AT, std=np.full(21, 0.5),
         runs_at=0.1 + 0.3 * runs, runs_mean=30 + runs, runs_error=np.full(6, 0.1), nearness=runs,
+        failed_at=AT[-2:], runs_fail=AT > 0.38,
     )  # fmt: skip
     return calibration.Slice(**{**given, **changes})
 
@@ -45,7 +51,10 @@ FIGURES = {
         [some_scene(), some_scene(surface=np.array([[0, 0.01], [0.02, 0.0]]))], 1e-3, cut=True
     ),
     "slices": lambda: calibration.slices(
-        [some_slice(), some_slice("young modulus [Pa]", positions=AT * 1e7)], "angle [°]", 30.2, 0.3
+        [some_slice(), some_slice("young modulus [Pa]", **DECADE)],
+        "angle [°]",
+        30.2,
+        0.3,
     ),
     "parity": lambda: calibration.parity(
         *RNG.random((3, 9, 2)), ["bulk density [kg/m³]", "angle [°]"]
@@ -63,7 +72,12 @@ FIGURES = {
         [some_profile(), some_profile(None)]
     ),
     "ridge": lambda: calibration.ridge(
-        RNG.random((50, 3)), np.array([[0.0] * 3, [1.0] * 3]), ["a", "b", "c"], np.full(3, 0.5)
+        RNG.random((50, 3)),
+        np.array([[0.01] * 3, [1.0] * 3]),
+        ["a", "b", "c"],
+        np.full(3, 0.5),
+        np.array([[0.1, 0.2, np.nan]]),
+        [False, True, False],
     ),
     "sensitivity": lambda: calibration.sensitivity(
         {"alone": (RNG.random((2, 3)), np.full((2, 3), 0.1))}, ["x", "y"], ["a", "b", "c"]
@@ -89,10 +103,15 @@ EMPTY = {
     "generational_distance": lambda: search.generational_distance([]),
     "profile_likelihood": lambda: calibration.profile_likelihood([]),
     "ridge": lambda: calibration.ridge(
-        np.empty((0, 2)), np.array([[0.0] * 2, [1.0] * 2]), ["a", "b"], np.zeros(2)
+        np.empty((0, 2)),
+        np.array([[0.0] * 2, [1.0] * 2]),
+        ["a", "b"],
+        np.zeros(2),
+        np.empty((0, 2)),
+        [False] * 2,
     ),
     "ridge of one parameter": lambda: calibration.ridge(
-        np.ones((9, 1)), np.array([[0.0], [1.0]]), ["a"], np.zeros(1)
+        np.ones((9, 1)), np.array([[0.0], [1.0]]), ["a"], np.zeros(1), np.empty((0, 1)), [False]
     ),
     "sensitivity": lambda: calibration.sensitivity({}, [], ["a"]),
     "mass_time": lambda: run_curves({}, HOURGLASS.history),
