@@ -81,7 +81,7 @@ def test_the_new_case_is_the_old_one_with_the_effect_among_its_parameters(tmp_pa
     )
     assert new.truth == {}
     for line in (
-        "with adhesion, which `calibrator diagnose` named",
+        "with adhesion, which a diagnosis named",
         "# Added: [parameters.bond_number].",
         "# Taken out: fixed.bond_number = 0.1.",
         "# Taken out: setups.hourglass.bond_number = 0.2.",
