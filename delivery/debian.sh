@@ -71,7 +71,7 @@ root)
   # Mounts and processes end with this one.
   unshare --mount --pid --fork --kill-child --propagation private sh -c '
     mount -t proc proc "$1/proc" && mount --rbind /dev "$1/dev" && mount -t tmpfs tmpfs "$1/tmp" || exit 1
-    exec env -u PYTHONPATH -u VIRTUAL_ENV -u YADE -u TMPDIR HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+    exec env -u PYTHONPATH -u VIRTUAL_ENV -u YADE -u TMPDIR -u PIP_FIND_LINKS HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
       chroot "$1" sh /srv/calibrator/delivery/debian.sh inside' sh "$root";;
 inside)
   for one in ${PARTS:-demo tests container}; do
