@@ -65,13 +65,17 @@ def run_by_hand(scripts, folder, **columns):
 
 
 def test_the_example_of_an_own_effect_acts_as_it_says(scripts, tmp_path):
-    """Gravity four times as strong: the same grains fall in half the time."""
-    plain, charged = (
-        run_by_hand(scripts, tmp_path / str(q), base_attraction=q) for q in (0.0, 3.0)
-    )
-    assert plain["status"] == charged["status"] == "ok"
-    assert (
-        "base_attraction" not in plain["parameters"]
-        and charged["parameters"]["base_attraction"] == 3.0
-    )
-    assert charged["diagnostics"]["filling_time"] < 0.75 * plain["diagnostics"]["filling_time"]
+    """Gravity four times as strong: the same grains fall in half the time, then settle.
+
+    When so few of them come to rest is chance, so that single seeds say little.
+    """
+    filling = {0.0: 0.0, 3.0: 0.0}
+    for seed in range(1, 5):
+        for pull in filling:
+            folder = tmp_path / f"{pull}_{seed}"
+            record = run_by_hand(scripts, folder, base_attraction=pull, seed=seed)
+            assert record["status"] == "ok"
+            assert record["parameters"].get("base_attraction", 0.0) == pull
+            assert ("base_attraction" in record["parameters"]) is (pull > 0)
+            filling[pull] += record["diagnostics"]["filling_time"]
+    assert filling[3.0] < 0.75 * filling[0.0]

@@ -17,7 +17,7 @@ from calibrator.files import parse_json
 from calibrator.runs.local import clean_environment
 from calibrator.runs.programs import AROUND, Build, chosen, installing, namespace, said_by
 
-TRIED = ("2023.02a", "2025.2.0")
+TRIED = ("2023.02a", "2025.2.0", "2026.1.0")
 """Versions of YADE that the tests on real runs have passed on."""
 
 PATIENCE = 120.0  # seconds for YADE to start, which it does in one
@@ -155,7 +155,7 @@ def examine(results: Path, engine: str = "local", named: str = "") -> Machine:
         _lacks_of_slurm(silence) if engine == "slurm" else _lacks_of_programs(build, yade, wall)
     )
     if yade.version and yade.version not in TRIED:
-        why = f"only {' and '.join(TRIED)} were tried"
+        why = f"only {', '.join(TRIED)} were tried"
         remedy = "compare a run or two with theirs (python -m benchmarks.runs.versions)"
         missing.append(Missing(f"YADE {yade.version} is new here", why, remedy, False))
     return Machine(
