@@ -86,6 +86,6 @@ def test_an_interval_over_half_the_decades_pins_nothing():
 
     none = np.zeros(2)
     wide = ParameterProfile(
-        "young_modulus", 1e5, 1e9, 1e6, (1e5, 1e6), (1e5, 2e7), none, none, "log"
+        "young_modulus", 1e5, 1e9, 1e6, (3e5, 3e6), (3e5, 6e7), none, none, "log"
     )
     assert not wide.pinned and dataclasses.replace(wide, scale="linear").pinned

@@ -230,9 +230,8 @@ class Problem:
     def __post_init__(self) -> None:
         mistakes = Mistakes()
         if not self.parameters:
-            mistakes.note(
-                ["nothing to calibrate: add a [parameters.<name>] table with low and high"]
-            )
+            words = "nothing to calibrate: add a [parameters.<name>] table with low and high"
+            mistakes.note([words])
         if not self.targets:
             mistakes.note(["no target: give the measured file a row with role calibrate"])
         elif all(t.weight == 0 for t in self.targets):

@@ -200,7 +200,7 @@ def require_good(problem: Problem, records: Sequence[Record]) -> None:
         if own and all(r.status != "ok" for r in own):
             kinds = Counter(r.status for r in own)
             (kind, _), *others = kinds.most_common()
-            remedy = REMEDIES.get(kind, "look at the failures that `calibrator collect` lists")
+            remedy = REMEDIES.get(kind, "look at the failures that the verb collect lists")
             runs = f"all {len(own)} {setup} runs" if len(own) > 1 else f"the only {setup} run"
             raise CalibratorError(
                 f"{runs} {_how([r.status for r in own])}: {'first ' if others else ''}{remedy}"
