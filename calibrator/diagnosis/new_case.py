@@ -15,6 +15,7 @@ from calibrator.case.case import Case
 from calibrator.case.vocabulary import EFFECTS, effect_of
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Effect
+from calibrator.diagnosis.surfaces import fewest_runs
 from calibrator.files import read_text, write_text
 from calibrator.runs.workspace import Workspace
 
@@ -44,9 +45,18 @@ def write_new_case(space: Workspace, effect: Effect, size: float, error: float) 
         nuisances = case.path.parent / case.diagnosis.nuisances
         copy = _copied(nuisances, folder / f"{name}_nuisances.csv")
         tables["diagnosis"]["nuisances"] = copy
+    if (sets := _sets(case)) > case.diagnosis.sets:
+        tables.setdefault("diagnosis", {})["sets"] = sets
     path = folder / f"{name}.toml"
     write_text(path, "\n".join([*_head(case, effect, gone), "", *_lines(tables)]) + "\n")
     return path
+
+
+def _sets(case: Case) -> int:
+    """Sets that a diagnosis needs where there is one parameter more."""
+    parameters, effects = len(case.problem.names) + 1, len(case.diagnosis.effects)
+    changed = fewest_runs(parameters, effects) - effects * case.diagnosis.effect_sets
+    return max(fewest_runs(parameters, 0), changed)
 
 
 def _bounds(effect: Effect, size: float, error: float) -> tuple[float, float]:

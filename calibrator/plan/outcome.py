@@ -65,8 +65,9 @@ class Collection(Counts):
     ----------
     runs : finished runs; from_shipped_database : those that come with the project; missing : runs
         of the plan that are not finished.
-    ended : how an adaptive design ended, "confirmed", "unreachable" or "budget", empty for other
-        designs; sentence : that in words; recommended : the set that it ended with.
+    ended : "failed" where no run of a set-up was good; else how an adaptive design ended,
+        "confirmed", "unreachable" or "budget", and empty for other designs; sentence : that in
+        words, and what to do; recommended : the set that an adaptive design ended with.
     """
 
     runs: int
@@ -79,8 +80,8 @@ class Collection(Counts):
 
     @property
     def passed(self) -> bool:
-        """Whether there is a run that says anything: a good one, or one that clogged."""
-        return self.good + self.statuses.get("clogged", 0) > 0
+        """Whether every set-up has a good run."""
+        return self.ended != "failed"
 
     def lines(self) -> list[str]:
         """The collection in plain words."""

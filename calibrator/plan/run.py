@@ -17,7 +17,7 @@ from calibrator.plan.adaptive import Settings as AdaptiveSettings
 from calibrator.plan.outcome import Collection, rests_on
 from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
 from calibrator.plan.seeds import proposed_seed
-from calibrator.responses.success import Success, require_good
+from calibrator.responses.success import Success, nothing_good
 from calibrator.responses.table import response_table
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
@@ -45,9 +45,7 @@ def run_plan(space: Workspace, report: Report = silent) -> Collection:
     records = carry_out(space, requests, report)
     carry_out(space, substitutes(records), report)
     records = database_records(space)
-    found = space.note("run", _collected(space, records))
-    require_good(space.case.problem, records)
-    return found
+    return space.note("run", _judged(space, records))
 
 
 def _run_adaptively(space: Workspace, report: Report) -> Collection:
@@ -59,7 +57,8 @@ def _run_adaptively(space: Workspace, report: Report) -> Collection:
     carry_out(space, proposed(space), report)  # what an interruption left undone
     while True:
         records = database_records(space)
-        require_good(case.problem, records)
+        if (found := _judged(space, records)).ended:
+            return space.note("run", found)
         proposal = propose(
             case.problem,
             *_parameter_sets(case, records),
@@ -85,6 +84,14 @@ def _run_adaptively(space: Workspace, report: Report) -> Collection:
         recommended=recommended,
     )
     return space.note("run", found)
+
+
+def _judged(space: Workspace, records: Sequence[Record]) -> Collection:
+    """The finished runs, and the end of it where no run of a set-up was good."""
+    found = _collected(space, records)
+    if not (failure := nothing_good(space.case.problem, records)):
+        return found
+    return dataclasses.replace(found, ended="failed", sentence=failure)
 
 
 def _collected(space: Workspace, records: Sequence[Record]) -> Collection:

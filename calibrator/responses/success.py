@@ -35,6 +35,7 @@ FEWEST_FAILED = 50  # of these, where there are as many
 REMEDIES = {
     "clogged": "widen the neck, or lower the upper bounds of the frictions",
     "not_settled": "raise longest_time",
+    "unstable": "lower rayleigh_fraction, or time_step where it is fixed",
     "input": "correct the values that the errors name",
 }
 """What to do where every run of a set-up ended alike."""
@@ -195,6 +196,12 @@ class Success:
 
 def require_good(problem: Problem, records: Sequence[Record]) -> None:
     """Raise CalibratorError, in one sentence, where every run of a set-up with a target failed."""
+    if words := nothing_good(problem, records):
+        raise CalibratorError(words)
+
+
+def nothing_good(problem: Problem, records: Sequence[Record]) -> str:
+    """How the runs of a set-up with a target ended where all failed, and what to do; else ""."""
     for setup in problem.calibration_setups:
         own = [r for r in records if r.request.setup == setup]
         if own and all(r.status != "ok" for r in own):
@@ -202,14 +209,13 @@ def require_good(problem: Problem, records: Sequence[Record]) -> None:
             (kind, _), *others = kinds.most_common()
             remedy = REMEDIES.get(kind, "look at the failures that the verb collect lists")
             runs = f"all {len(own)} {setup} runs" if len(own) > 1 else f"the only {setup} run"
-            raise CalibratorError(
-                f"{runs} {_how([r.status for r in own])}: {'first ' if others else ''}{remedy}"
-            )
+            return f"{runs} {_how([r.status for r in own])}: {'first ' if others else ''}{remedy}"
+    return ""
 
 
 def _how(statuses: Sequence[str]) -> str:
     """How failed runs ended, as a verb."""
-    verbs = {"clogged": "clogged", "not_settled": "did not settle"}
+    verbs = {"clogged": "clogged", "not_settled": "did not settle", "unstable": "were unstable"}
     kinds = set(statuses)
     return verbs.get(kinds.pop(), "failed") if len(kinds) == 1 else "clogged or failed"
 

@@ -17,12 +17,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
 import shutil
 import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -114,8 +114,8 @@ def main() -> None:
     parser.add_argument("--to", type=Path, metavar="FILE", help="where the results go")
     options = parser.parse_args()
     cases = []
-    with ProcessPoolExecutor(WORKERS, max_tasks_per_child=20) as pool:
-        for found in pool.map(one, range(options.first, options.first + options.cases)):
+    with multiprocessing.get_context("spawn").Pool(WORKERS, maxtasksperchild=20) as pool:
+        for found in pool.imap(one, range(options.first, options.first + options.cases)):
             cases.append(found)
             print(found["seed"], found["ended"], notable(found), flush=True)
     results = {**counted(cases), "first_seed": options.first, "trials": cases}

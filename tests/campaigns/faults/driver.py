@@ -11,6 +11,7 @@ import contextlib
 import logging
 import multiprocessing
 import os
+import re
 import shutil
 import sys
 from dataclasses import dataclass
@@ -68,15 +69,17 @@ class Ended:
 
     @property
     def refused(self) -> bool:
-        """Whether its last line is an error with a remedy, after warnings and progress only."""
-        *before, last = self.said.splitlines() or [""]
-        plain = all(line.startswith(("WARNING: ", "[")) for line in before)
-        return (
-            self.status == 2
-            and plain
-            and last.startswith("calibrator: ")
-            and (": " in last[12:] or "; " in last)
-        )
+        """Whether it ends with an error and its remedy, after warnings and progress only.
+
+        That is one line, or several mistakes with a line each.
+        """
+        lines = self.said.splitlines()
+        first = next((i for i, x in enumerate(lines) if x.startswith("calibrator: ")), len(lines))
+        before, said = lines[:first], [x.removeprefix("calibrator: ") for x in lines[first:]]
+        plain = all(re.match(r"WARNING: |[a-z ]+: \[[#.]+\] ", line) for line in before)
+        mistakes = said[1:] if len(said) > 1 and said[0].endswith("mistakes:") else said
+        told = len(said) == 1 or mistakes is not said
+        return self.status == 2 and plain and told and all(": " in x or "; " in x for x in mistakes)
 
 
 @dataclass(frozen=True)

@@ -188,7 +188,7 @@ def test_failed_runs_come_with_the_way_to_try_them_again(write_case, tmp_path, f
     path, folder = write_case(("sets = 14", "sets = 2")), tmp_path / "results" / "toy"
     folder.mkdir(parents=True)
     (folder / "misbehave.json").write_text('{"all": "crash"}')
-    assert main(["run", str(path), "--results", str(tmp_path / "results")]) == 0
+    assert main(["run", str(path), "--results", str(tmp_path / "results")]) == 1
     assert "4 crash" in (said := capsys.readouterr().out) and "delete failures.json" in said
     (folder / "misbehave.json").unlink()
     (folder / "failures.json").unlink()
