@@ -89,6 +89,7 @@ def _fit_alike(
     inner: Interpolant
     if method == "multilinear":
         inner = Multilinear.fit(inward, scaled, keys, noise, parameters=change.names)
+        _require_reach(inner, change, keys[0].split(".")[0])
     else:
         inner = GaussianProcess.fit(
             inward, scaled, keys, change.bounds, noise, parameters=change.names, learnt=learnt
@@ -97,6 +98,19 @@ def _fit_alike(
         distinct, means, _ = average_replicates(points, values)
         inner = Changed(change, inner, distinct, means)
     return Cautious.of(inner)
+
+
+def _require_reach(inner: Multilinear, change: Coordinates, setup: str) -> None:
+    """Raise CalibratorError where a grid ends before the box does, as no run went well beyond."""
+    low, high = change.bounds
+    for i, name in enumerate(change.names):
+        ends = inner.axes[i][0], inner.axes[i][-1]
+        if not np.allclose(ends, (low[i], high[i]), rtol=1e-6):
+            raise CalibratorError(
+                f"no good run of {setup} reaches from {name} = {low[i]:g} to {high[i]:g}, only from"
+                f" {ends[0]:g} to {ends[1]:g}: narrow its bounds to these, or set"
+                ' interpolation.method = "process"'
+            )
 
 
 def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> Interpolant:

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.errors import CalibratorError
+from calibrator.responses.fit import fit_responses
 from calibrator.responses.multilinear import Multilinear
 from tests.responses.known_functions import (
     HIGH,
@@ -120,3 +122,14 @@ def test_dropped_line_scatter_contains_own_and_neighbours_noise():
 def test_values_of_the_wrong_shape_or_infinite_are_refused(values):
     with pytest.raises(CalibratorError):
         multilinear(grid(3, 3), values)
+
+
+def test_a_grid_of_which_no_run_went_well_beyond_a_value_says_so():
+    """It is a whole grid, only of a smaller box: the search would leave it."""
+    problem = Problem(
+        (Parameter("rolling_friction", 0.1, 0.5), Parameter("sliding_friction", 0.2, 0.7)),
+        (Target("hourglass", "bulk_density", 1600.0),),
+    )
+    points = np.array([[r, s] for r in (0.1, 0.3) for s in (0.2, 0.7)])  # 0.5 clogged everywhere
+    with pytest.raises(CalibratorError, match=r"only from 0\.1 to 0\.3: narrow its bounds"):
+        fit_responses(problem, points, points[:, :1], ["hourglass.bulk_density"], "multilinear")

@@ -165,8 +165,9 @@ def case_text(made: MadeUp, lab: Laboratory, rng: np.random.Generator) -> str:
     replicates = int(rng.choice([1, 2, 3, 5, 10], p=[0.15, 0.45, 0.25, 0.1, 0.05]))
     plan = {"design": f'"{design}"', "sets": sets, "replicates": replicates}
     if design == "adaptive":
-        plan |= {"sets": 4 + 2 * dimensions, "replicates": max(2, min(replicates, 4)),
-                 "most_runs": 12 + 8 * dimensions}  # fmt: skip
+        setups = len({t.setup for t in lab.targets})
+        plan["sets"], plan["replicates"] = 4 + 2 * dimensions, max(2, min(replicates, 4))
+        plan["most_runs"] = setups * (16 + 10 * dimensions)
     elif rng.random() < 0.2:
         plan["replicated_sets"] = int(rng.integers(1, 6))
     objectives = ["error", "time_cost"] if rng.random() < 0.8 else ["time_cost", "error"]

@@ -133,11 +133,15 @@ class MadeUp:
         size = 1.0 if self.surfaces[key].additive else np.abs(self.true(key, shares))
         return np.asarray(self.noise[key] * size * (1 + self.uneven * shares[:, 0]))
 
-    def feasible(self, shares: np.ndarray, setups: set[str]) -> np.ndarray:
-        """Which shares (n, d) are allowed, and free of failures in these set-ups."""
+    def feasible(self, shares: np.ndarray, setups: set[str], lucky: bool = False) -> np.ndarray:
+        """Which shares (n, d) are allowed, and free of failures in these set-ups.
+
+        lucky : count as free of them where some runs succeed.
+        """
         good = self.allowed(shares)
-        if self.failing is not None and self.failing.setup in setups:
-            good = good & ~self.failing(shares)
+        failing = self.failing
+        if failing is not None and failing.setup in setups and not (lucky and failing.chance < 1):
+            good = good & ~failing(shares)
         return np.asarray(good)
 
     def world(self) -> World:
