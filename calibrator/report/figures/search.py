@@ -46,6 +46,7 @@ def front_evolution(
     require_some(front, "Pareto front", "run the search first")
     figure, axes = panel_grid(len(snapshots), 2.7)
     largest = 1.04 * np.max([found.max(axis=0) for found in snapshots.values()], axis=0)
+    largest[largest <= 0] = 1.0  # an objective that is zero everywhere still needs an axis
     for index, (ax, generation) in enumerate(zip(axes, sorted(snapshots), strict=True)):
         found = snapshots[generation]
         require_finite(f"generation {generation}", found)
