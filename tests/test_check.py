@@ -68,3 +68,13 @@ def test_a_step_as_it_is_told_is_not_warned_of(tmp_path, fake_yade):
 def test_elastic_grains_are_warned_of_no_damping(tmp_path, fake_yade):
     assert not any("unstable" in w for w in warnings_of(tmp_path, restitution=0.9))
     assert not any("unstable" in w for w in warnings_of(tmp_path, restitution=0.9, time_step=2e-5))
+
+
+def test_a_step_under_a_set_up_or_a_condition_is_looked_at_as_well(tmp_path, write_case, fake_yade):
+    """The problem's own values do not have it."""
+    coarse = "[setups.ledge]\nrayleigh_fraction = 0.8\n"
+    other = '[conditions.hasty]\nsetup = "hourglass"\ntime_step = 1e-3\n'
+    path = write_case(("[plan]", coarse + other + "[plan]"))
+    warnings = check_case(workspace.Workspace(read_case(path), tmp_path)).warnings
+    assert any(w.startswith("ledge: rayleigh_fraction = 0.8") for w in warnings)
+    assert any(w.startswith("hourglass@hasty: time_step = 0.001 s is unstable") for w in warnings)

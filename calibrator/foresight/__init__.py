@@ -2,5 +2,6 @@
 
 values       every value of every set-up, with where it comes from
 impossible   what a later verb, or YADE's scripts, would refuse
+steps        doubts about time steps
 implausible  what can be run, and is hardly meant
 """
