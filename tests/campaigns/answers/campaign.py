@@ -92,6 +92,7 @@ def counted(cases: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "over_the_ceiling": share(sum(c["over_ceiling"] for c in cases), total),
         "wrong_passed": share(sum(c["wrong_passed"] for c in verified), len(verified)),
         "wrong_missed": share(sum(c["wrong_missed"] for c in verified), len(verified)),
+        "verdicts_that_cannot_tell": share(sum(c["cannot_tell"] for c in verified), len(verified)),
         "passed": share(sum(c["passed"] for c in verified), len(verified)),
         "reachable_called_unreachable": share(
             sum(c["called_reachable"] is False for c in reachable), len(reachable)

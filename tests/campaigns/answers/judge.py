@@ -180,11 +180,14 @@ def _passed(done: Trial, calibration: dict[str, Any], verdict: dict[str, Any]) -
         band = float(bands([t], noise, runs)[0])
         if t.weight:
             worst = max(worst, abs(float(_true(done, t, shares)[0]) - t.value) / band)
+    own = verdict["candidates"]["compromise"]["responses"]
+    undecided = not verdict["passed"] and any(r["undecided"] for r in own)
     return {
         "passed": verdict["passed"],
         "worst_miss": worst,
         "wrong_passed": bool(verdict["passed"] and worst > CLEARLY),
-        "wrong_missed": bool(not verdict["passed"] and worst < 0.5),
+        "wrong_missed": bool(not verdict["passed"] and not undecided and worst < 0.5),
+        "cannot_tell": undecided,
     }
 
 
