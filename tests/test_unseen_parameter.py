@@ -93,7 +93,7 @@ def test_a_grid_runs_each_set_once_that_is_new_to_the_set_up(write_case, tmp_pat
     row = found.sensitivity.responses.index("ledge.ledge_equivalent_angle_deg")
     assert found.sensitivity.total[row, 2] == 0 == found.sensitivity.first[row, 2]
     model = Findings.of(space).interpolant
-    assert model.responses == list(found.seed_noise)
+    assert set(model.responses) <= set(found.seed_noise)
 
 
 def test_runs_of_one_set_stand_in_one_row_and_belong(write_case):

@@ -67,7 +67,7 @@ def test_a_run_that_is_added_to_the_database_asks_for_a_new_calibration(
 def test_targets_that_fresh_runs_did_not_measure_are_missed(
     write_case, tmp_path, fake_yade, capsys, clogged
 ):
-    path = write_case(FEW, ("spread_replicates = 1", "spread_replicates = 0"))
+    path = write_case(("spread_replicates = 1", "spread_replicates = 0"))
     results = tmp_path / "results"
     for verb in ("run", "calibrate"):
         assert main([verb, str(path), "--results", str(results)]) == 0
