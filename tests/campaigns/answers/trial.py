@@ -19,6 +19,7 @@ from calibrator.case.toml import read_case
 from calibrator.cli import VERBS, main
 from calibrator.errors import CalibratorError
 from calibrator.report import html
+from calibrator.runs.database import Database
 from calibrator.runs.engines import ENGINES
 from tests.campaigns.answers.laboratory import Laboratory, case_text, measure
 from tests.campaigns.answers.worlds import MadeUp, draw
@@ -44,7 +45,8 @@ class Trial:
 
     calls : of the verbs in their order; broke : the traceback of one that broke; edited : verb
     after which an input was edited, what was edited, and what the next verb did; mixed : whether
-    the database, made again after that, is another one than in an empty folder; made : runs.
+    the database, made again after that, holds runs of before; made : runs, an attempt that failed
+    and the next one at it counted once.
     """
 
     seed: int
@@ -82,7 +84,7 @@ def trial(seed: int, folder: Path) -> Trial:
             if called is None or (called.status == 2 and verb != "check"):
                 break
             done.calls.append(called)
-            done.made = len(place.made)
+            done.made = len({r.run_id for r in place.made})
             if verb == edit:
                 done.edited = _edited(done, verb, folder, rng)
                 break
@@ -144,24 +146,37 @@ def _edited(
     elif what == "bound":
         parameter = done.made_up.parameters[0]
         text = text.replace(f"high = {parameter.high!r}", f"high = {parameter.high * 0.99!r}", 1)
-    elif what == "geometry":
+    setup, name, value = "", "poisson_ratio", 0.21
+    if what == "geometry":
         setup = done.lab.targets[0].setup
-        name, value = {"hourglass": ("cylinder_diameter", 0.034), "ledge": ("box_length", 0.034),
-                       "conical_pile": ("cylinder_diameter", 0.034)}[setup]  # fmt: skip
+        name, value = "box_length" if setup == "ledge" else "cylinder_diameter", 0.034
         text += f"[setups.{setup}]\n{name} = {value}\n"
     elif what == "fixed":
-        text += "[fixed]\npoisson_ratio = 0.21\n"
+        text += f"[fixed]\n{name} = {value}\n"
     case.write_text(text)
     called = _called(done, "report", folder)
-    if what in ("geometry", "fixed"):  # the others leave an adaptive design runs to go on from
-        done.mixed = _database(folder, "results") != _database(folder, "empty")
+    if what in ("geometry", "fixed"):
+        done.mixed = _mixed(done, folder, setup, name, value)
     return None if called is None else (verb, what, called)
 
 
-def _database(folder: Path, results: str) -> str:
-    """The database that `run` and `collect` make in a folder, without its header."""
+def _mixed(done: Trial, folder: Path, setup: str, name: str, value: float) -> bool:
+    """Whether the database, made again, has a run of this set-up (or any) without the new value.
+
+    It is also the same as in an empty folder, but for an adaptive design, which rightly goes on
+    from its runs on the set-ups that stay as they were.
+    """
+    again, empty = _database(folder, "results"), _database(folder, "empty")
+    own = [r.request for r in again.records.values() if r.request.setup == setup or not setup]
+    old = any(request.parameters[name] != value for request in own)
+    adaptive = done.case is not None and done.case.plan.design == "adaptive"
+    return old or not (adaptive or again.records == empty.records)
+
+
+def _database(folder: Path, results: str) -> Database:
+    """The database that `run` and `collect` make in a folder."""
     for verb in ("run", "collect"):
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             main([verb, str(folder / "case.toml"), "--results", str(folder / results)])
     path = folder / results / "made_up" / "database.csv"
-    return path.read_text() if path.exists() else ""
+    return Database.read(path) if path.exists() else Database()
