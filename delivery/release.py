@@ -14,7 +14,6 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import tarfile
 import tempfile
 import zipfile
 from collections.abc import Sequence
@@ -96,8 +95,7 @@ def faults(sdist: Path, wheel: Path, version: str, repo: Path) -> list[str]:
     if f"\nVersion: {version}\n" not in about or (repo / "README.md").read_text() not in about:
         found.append(f"{wheel.name}: version or description are not the project's")
     with tempfile.TemporaryDirectory() as scratch:
-        with tarfile.open(sdist) as archive:
-            archive.extractall(scratch, filter="data")
+        shutil.unpack_archive(sdist, scratch)
         (tree,) = Path(scratch).iterdir()
         (again,) = build(tree, Path(scratch) / "dist", ["wheel"])
         if again.read_bytes() != wheel.read_bytes():
