@@ -132,6 +132,9 @@ class Verdict(Counts):
             f"; no recommendation, as more than {self.most_failed:.0%} of the {setup} runs failed"
             for setup in self.unreliable
         )
+        if self.undecided:
+            more = f"{len(self.undecided)} of {len(self.responses)} targets undecided"
+            first += f"; {more}: give more replicates"
         failed = [f"  {run_id} {why}" for run_id, why in self.failed.items()]
         return [first, *(f"  {r.line}" for r in self.responses), *failed]
 
