@@ -20,8 +20,7 @@ part() { # part NAME COMMAND...: say what it took
 container() {
   part system sh delivery/debian.sh system
   part install sh delivery/debian.sh install
-  mkdir -p /root/work
-  cd /root/work
+  cd "$(mktemp -d)" # a folder that is not a checkout, as a user's
   calibrator doctor
   part "calibrator demo" calibrator demo
 }

@@ -18,6 +18,8 @@ PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue")
 MISSING = [
     p for p in PROGRAMS if shutil.which(p, path=f"{os.environ['PATH']}:/usr/sbin:/sbin") is None
 ]
+# `make test` installs SLURM, which takes root; elsewhere these tests are shown as skipped, with
+# what is missing and the command.
 NEEDS_SLURM = [
     pytest.mark.cluster,
     pytest.mark.skipif(

@@ -10,7 +10,6 @@ from pathlib import Path
 from calibrator.case.lab import Nuisance, Observable
 from calibrator.case.problem import Problem
 from calibrator.case.settings import (
-    ADAPTIVE_REPLICATED,
     MOST_RUNS,
     Cluster,
     Condition,
@@ -122,8 +121,7 @@ def _require_whole_grid(case: Case) -> None:
 
 def _require_start(plan: Plan, setups: int) -> None:
     """Raise CalibratorError where an adaptive design begins with more runs than it may make."""
-    replicated = min(plan.replicated_sets or ADAPTIVE_REPLICATED, plan.sets)
-    runs = setups * (plan.sets + replicated * (plan.replicates - 1))
+    runs = plan.adaptive_start(setups)
     if runs > plan.most_runs:
         raise CalibratorError(
             f"the adaptive design starts with {runs} runs, more than plan.most_runs ="

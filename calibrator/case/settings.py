@@ -53,6 +53,11 @@ class Plan:
             )
         mistakes.raise_any()
 
+    def adaptive_start(self, setups: int) -> int:
+        """Runs of so many set-ups that an adaptive design makes before it can choose any."""
+        replicated = min(self.replicated_sets or ADAPTIVE_REPLICATED, self.sets)
+        return setups * (self.sets + replicated * (self.replicates - 1))
+
 
 @dataclass(frozen=True)
 class Interpolation:

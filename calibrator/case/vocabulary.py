@@ -44,8 +44,8 @@ class Quantity:
     default and choices are None for responses (choices also for numbers); low and high of a
     response are what is physically possible, None where nothing bounds it; repeats names the
     response of the same run that it is a function of; effect is None for all that is not the switch
-    of one. A request does not mention an effect, or an optional
-    parameter, that is at its default, so that it stays the same run when such are added.
+    of one. A request does not mention an effect, or an optional parameter, that is at its default,
+    so that it stays the same run when such are added.
     """
 
     name: str

@@ -92,7 +92,7 @@ def _of_numbers(case: Case) -> list[str]:
             "plan.replicates = 1: the scatter of single runs stays unknown and can only be guessed"
             " from the surface; give 2 or more, for some sets with plan.replicated_sets"
         )
-    first = case.plan.sets + (case.plan.replicates - 1) * (case.plan.replicated_sets or 2)
+    first = case.plan.adaptive_start(len(case.problem.calibration_setups))
     if case.plan.design == "adaptive" and first >= case.plan.most_runs:
         found.append(
             f"plan.most_runs = {case.plan.most_runs}: the {first} runs that an adaptive design"

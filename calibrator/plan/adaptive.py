@@ -40,10 +40,10 @@ class Settings:
     """How an adaptive design goes about it.
 
     replicates : runs that confirm a recommended set; budget : runs in all, the failed ones counted;
-    confidence : probability
-    of passing from which a set is worth confirming; assurance : probability, all runs considered,
-    that the mean of infinitely many runs would pass too, without which runs that pass confirm
-    nothing; patience : runs around the least bad set before targets are said to be out of reach.
+    confidence : probability of passing from which a set is worth confirming; assurance :
+    probability, all runs considered, that the mean of infinitely many runs would pass too, without
+    which runs that pass confirm nothing; patience : runs around the least bad set before targets
+    are said to be out of reach.
     """
 
     replicates: int = 3

@@ -208,13 +208,7 @@ def _parameters_table(findings: Findings) -> str:
 
 def _ends(profile: ParameterProfile) -> str:
     """The 95 % interval, one-sided where a bound of the search ends it."""
-    low, high = profile.interval_95
-    if profile.refused:
-        return "none"
-    return {
-        (False, True): f"at least {number(low, 3)}",
-        (True, False): f"at most {number(high, 3)}",
-    }.get(profile.walled, _range(low, high))
+    return profile.interval(lambda end: number(end, 3))
 
 
 def _interval(profile: ParameterProfile) -> str:

@@ -107,9 +107,7 @@ def _slice(findings: Findings, column: int, axis: int, success: Success) -> figu
     shares = problem.shares_of(points[there]) - problem.shares_of(findings.compromise[None])
     away = np.delete(shares, axis, axis=1)
     distance = (
-        np.sqrt(np.mean(np.nan_to_num(away) ** 2, axis=1))
-        if away.shape[1]
-        else away[:, :0].sum(axis=1)
+        np.sqrt(np.mean(np.nan_to_num(away) ** 2, axis=1)) if away.shape[1] else np.zeros(len(away))
     )
     return figures.Slice(
         axis_label(PARAMETERS[problem.names[axis]]),

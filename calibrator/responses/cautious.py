@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from calibrator.case.vocabulary import RESPONSES
-from calibrator.responses.interpolant import Interpolant, Learnt, known_noise
+from calibrator.responses.interpolant import Around, Interpolant, known_noise
 
 # A grid point without its own lines is predicted over twice the spacing, where straight lines are
 # four times as far from a smooth response. Half of that error, not a quarter, because points at the
@@ -23,7 +23,7 @@ BETWEEN_TWO = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Cautious:
+class Cautious(Around):
     """Honest errors and physical means around an interpolant; it offers all that one does.
 
     The standard deviation that a process claims is the one of its own model. Each distinct point
@@ -49,11 +49,6 @@ class Cautious:
         return inner if isinstance(inner, cls) else cls(inner)
 
     @property
-    def responses(self) -> list[str]:
-        """Keys of the responses."""
-        return self.inner.responses
-
-    @property
     def points(self) -> np.ndarray:
         """Distinct points (p, d)."""
         return self.inner.points
@@ -62,21 +57,6 @@ class Cautious:
     def values(self) -> np.ndarray:
         """Mean responses (p, m) there."""
         return self.inner.values
-
-    @property
-    def noise(self) -> np.ndarray:
-        """Seed noise (m,) of a single run."""
-        return self.inner.noise
-
-    @property
-    def noise_sources(self) -> tuple[str, ...]:
-        """Where the seed noise is from."""
-        return self.inner.noise_sources
-
-    @property
-    def learnt(self) -> Learnt:
-        """What the interpolant inside has learnt."""
-        return self.inner.learnt
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the box."""

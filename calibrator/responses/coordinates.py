@@ -22,7 +22,7 @@ from calibrator.case.problem import Problem
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
-from calibrator.responses.interpolant import Interpolant, Learnt
+from calibrator.responses.interpolant import Around, Interpolant
 
 DENSITY, MODULUS = "particle_density", "young_modulus"
 
@@ -111,7 +111,7 @@ def scales_of_their_own(problem: Problem) -> list[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class Changed:
+class Changed(Around):
     """An interpolant in other coordinates, seen from the problem's parameters.
 
     It offers what the `Interpolant` protocol asks for. points (p, d) and values (p, m) are the
@@ -123,26 +123,6 @@ class Changed:
     inner: Interpolant
     points: np.ndarray
     values: np.ndarray
-
-    @property
-    def responses(self) -> list[str]:
-        """Keys of the responses."""
-        return self.inner.responses
-
-    @property
-    def noise(self) -> np.ndarray:
-        """Seed noise (m,) of a single run, at the box's mean density where that is collapsed."""
-        return self.inner.noise
-
-    @property
-    def noise_sources(self) -> tuple[str, ...]:
-        """Where the seed noise is from."""
-        return self.inner.noise_sources
-
-    @property
-    def learnt(self) -> Learnt:
-        """What the interpolant inside has learnt."""
-        return self.inner.learnt
 
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the box."""

@@ -75,6 +75,32 @@ class Interpolant(Protocol):
         """Prediction of each distinct point without it and its expected scatter, both (p, m)."""
 
 
+class Around:
+    """What an interpolant that stands around another one passes on as it is."""
+
+    inner: Interpolant
+
+    @property
+    def responses(self) -> list[str]:
+        """Keys of the responses."""
+        return self.inner.responses
+
+    @property
+    def noise(self) -> np.ndarray:
+        """Seed noise (m,) of a single run; of other coordinates, at the box's mean density."""
+        return self.inner.noise
+
+    @property
+    def noise_sources(self) -> tuple[str, ...]:
+        """Where the seed noise is from."""
+        return self.inner.noise_sources
+
+    @property
+    def learnt(self) -> Learnt:
+        """What the interpolant inside has learnt."""
+        return self.inner.learnt
+
+
 def known_noise(interpolant: Interpolant) -> np.ndarray:
     """Seed noise (m,) of a single run where replicates or the caller gave it, else NaN.
 

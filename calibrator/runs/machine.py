@@ -17,7 +17,7 @@ from calibrator.files import parse_json
 from calibrator.runs.local import clean_environment
 from calibrator.runs.programs import AROUND, Build, chosen, installing, namespace, said_by
 
-TRIED = ("2023.02a", "2025.2.0", "2026.1.0")
+TRIED = ("2023.02a", "2025.2.0")
 """Versions of YADE that the tests on real runs have passed on."""
 
 PATIENCE = 120.0  # seconds for YADE to start, which it does in one

@@ -6,7 +6,7 @@ They compute nothing and import no search, so that whoever reads an outcome need
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -254,16 +254,23 @@ class ParameterProfile:
         """
         return not self.refused and not any(self.walled) and self.share < PINNED_SHARE
 
+    def interval(self, shown: Callable[[float], str]) -> str:
+        """The 95 % interval in words: "0.1 to 0.2", or "at least 0.1" where a bound ends it.
+
+        shown : how a number is written.
+        """
+        low, high = map(shown, self.interval_95)
+        if self.refused:
+            return "none"
+        return {
+            (False, True): f"at least {low}",
+            (True, False): f"at most {high}",
+        }.get(self.walled, f"{low} to {high}")
+
     @property
     def range(self) -> str:
-        """The 95 % interval in words: "0.1 to 0.2", or "at least 0.1" where a bound ends it."""
-        low, high = self.interval_95
-        if self.refused:
-            return "no interval"
-        return {
-            (False, True): f"at least {low:.4g}",
-            (True, False): f"at most {high:.4g}",
-        }.get(self.walled, f"{low:.4g} to {high:.4g}")
+        """The interval in words, with four digits."""
+        return "no interval" if self.refused else self.interval("{:.4g}".format)
 
     @property
     def sentence(self) -> str:

@@ -72,7 +72,7 @@ def _compared(
         relative_error=None if mean is None else (mean - target.value) / target.scale,
         band=band,
         passed=inside,
-        undecided=mean is not None and unclear and not inside,
+        undecided=mean is not None and unclear,
         reported_only=target.weight == 0,
         promise_kept=_kept(promise, mean, error),
     )

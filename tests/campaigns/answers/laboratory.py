@@ -19,7 +19,7 @@ SHARES = (0.74, 0.16, 0.1)
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the lab file; se : what the laboratory's mean is really off by, one sigma."""
+    """A line of the lab file."""
 
     target: Target
     role: str
