@@ -34,7 +34,7 @@ bare() { # bare SUITE FOLDER: a root with what the README asks for, and this mac
   mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 2>/dev/null | grep '/debian/*$' | head -n 1)}
   recipe=/usr/share/debootstrap/scripts/$1
   [ -e "$recipe" ] || recipe=${recipe%/*}/sid # a debootstrap that is older than the suite
-  debootstrap --variant=minbase --include=ca-certificates,git,make,python3 "$1" "$2" "${mirror:-http://deb.debian.org/debian}" "$recipe" >"$2.log" ||
+  debootstrap --variant=minbase --include=ca-certificates,git,make,python3 "$1" "$2" ${mirror:+"$mirror" "$recipe"} >"$2.log" ||
     { tail -n 5 "$2.log" >&2; exit 1; }
   for file in /etc/resolv.conf /etc/hosts /etc/pip.conf; do [ ! -e $file ] || cp -L $file "$2$file"; done
   cp -r /usr/local/share/ca-certificates "$2/usr/local/share/"
