@@ -125,7 +125,9 @@ def _called(done: Trial, verb: str, folder: Path) -> Called | None:
     except Exception:
         done.broke = f"{verb}: {traceback.format_exc()}"
         return None
-    called = Called(verb, status, told.getvalue(), said.getvalue())
+    # the results are kept with the project, and name no folder of a machine
+    own = [stream.getvalue().replace(f"{folder}/", "") for stream in (told, said)]
+    called = Called(verb, status, *own)
     if status == 2 and verb != "check":
         done.calls.append(called)
     return called
