@@ -3,7 +3,7 @@
 It honours the contract. Responses are a formula with seeded scatter, so that a whole calibration
 has a known answer. What a run does instead is written in misbehave.json of the working folder,
 {"<seed>": what} with what = "crash", "segfault", "memory", "hang", "hang once", "lie", "half",
-"clog", "unstable", "busy", "killed" or "nothing"; "all" stands for every seed. With {"once": true}
+"clog", "unstable", "busy", "killed", "walk" or "nothing"; "all" stands for every seed. With {"once": true}
 each seed does so the first time only. {"duration": seconds} makes runs last, {"yade": version} is
 what records say, and {"clock": seconds} moves the clock while a run is under way.
 """
@@ -110,6 +110,11 @@ def trouble(run_id: str, seed: int) -> str:
         sys.exit("fake crash")
     if what == "segfault":
         os.kill(os.getpid(), signal.SIGSEGV)
+    if what == "walk" and calls_of(run_id) < 3:  # killed, but each time with a new checkpoint
+        scene = Path("checkpoints", run_id, f"step_{calls_of(run_id)}.bin.gz")
+        scene.parent.mkdir(exist_ok=True)
+        scene.write_text("")
+        os.kill(os.getpid(), signal.SIGKILL)
     if what == "killed":
         os.kill(os.getpid(), signal.SIGKILL)
     while what == "busy":
@@ -160,7 +165,12 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
 
 def first_time(run_id: str) -> bool:
     """True for the first run of an id in this folder, which calls.txt has noted already."""
-    return Path("calls.txt").read_text().split().count(run_id) == 1
+    return calls_of(run_id) == 1
+
+
+def calls_of(run_id: str) -> int:
+    """How often a run was started in this folder, this time included."""
+    return Path("calls.txt").read_text().split().count(run_id)
 
 
 def run_batch() -> None:

@@ -7,7 +7,6 @@ All lines:        yade-batch runs.table conical_pile.py
 
 import os
 import sys
-import time
 
 # YADE does not put the script's folder there
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
@@ -15,6 +14,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 import numpy as np
 from yade import O, utils
 
+import checkpoint
 import material
 import measure
 import packing
@@ -47,7 +47,7 @@ def simulate(p, diagnostics):
 
 def lift(p, ids, tube, diagnostics):
     """Lift the cylinder at constant speed, keep it at its height, wait for rest."""
-    released, clock = O.time, time.process_time()
+    released, clock = O.time, checkpoint.cpu_time()
     lifted = released + p["lift_height"] / p["lift_speed"]
     for i in tube:
         O.bodies[i].state.vel = (0, 0, p["lift_speed"])
@@ -57,10 +57,8 @@ def lift(p, ids, tube, diagnostics):
     for i in tube:
         O.bodies[i].state.vel = (0, 0, 0)
 
-    states = session.states_of(ids)
-
     def at_rest():
-        return session.at_rest(p, ids, states)
+        return session.at_rest(p, ids, session.states_of(ids))
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "conical pile")
     session.finish(p, ids, diagnostics, released, clock, "at rest")

@@ -21,7 +21,7 @@ import contract
 import material
 
 _AT_START, _ON_GRAINS = {}, {}
-_shaken = {"until": 0.0, "swing": None}
+_shaken = {"until": 0.0, "swing": None, "integrator": None}
 
 
 def at_start(name):
@@ -182,20 +182,25 @@ def shake(p):
     if not is_on(p, "shaking"):
         return
     begin, omega = O.time, 2 * math.pi * p["shaking_frequency"]
-    (integrator,) = (e for e in O.engines if isinstance(e, NewtonIntegrator))
-    still = tuple(integrator.gravity)
+    steer()
+    still = tuple(_shaken["integrator"].gravity)
     peak = p["shaking"] * material.GRAVITY
 
     def swing():
         on = O.time < _shaken["until"]
         side = peak * math.sin(omega * (O.time - begin)) if on else 0.0
-        integrator.gravity = (still[0] + side, still[1], still[2])
+        _shaken["integrator"].gravity = (still[0] + side, still[1], still[2])
 
     _shaken.update(until=begin + p["shaking_time"], swing=swing)
     O.engines = [
         *O.engines,
         PyRunner(command="import effects; effects._shaken['swing']()", iterPeriod=1),
     ]
+
+
+def steer():
+    """Look for the integrator again, which in a scene that was loaded is another one."""
+    (_shaken["integrator"],) = (e for e in O.engines if isinstance(e, NewtonIntegrator))
 
 
 def shakes():

@@ -7,7 +7,6 @@ All lines:        yade-batch runs.table hourglass.py
 
 import os
 import sys
-import time
 
 # YADE does not put the script's folder there
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
@@ -15,6 +14,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 import numpy as np
 from yade import O
 
+import checkpoint
 import contract
 import effects
 import material
@@ -74,31 +74,31 @@ def discharge(p, ids, diagnostics):
 
     Returns ids left, times [s] and masses passed [kg].
     """
-    radius, released, clock = p["particle_radius"], O.time, time.process_time()
+    radius, released, clock = p["particle_radius"], O.time, checkpoint.cpu_time()
     not_before = released + stop.fall_time(p["neck_diameter"], material.GRAVITY)
-    state = dict(zip(ids, session.states_of(ids), strict=True))
-    inside, below, last_passage = list(ids), [], clock
-    times, passed, gone = [0.0], [0.0], []
+    memory = dict(inside=list(ids), below=[], gone=[], times=[0.0], passed=[0.0], passage=clock)
 
     def at_rest():
-        nonlocal inside, below, gone, last_passage
-        height = {i: state[i].pos[2] for i in inside + below}
-        below = [i for i in inside + below if height[i] < 0]
-        gone = gone + [i for i in inside if height[i] < 0]
+        inside, below = memory["inside"], memory["below"]
+        there = inside + below
+        height = {i: s.pos[2] for i, s in zip(there, session.states_of(there), strict=True)}
+        memory["gone"] += [i for i in inside if height[i] < 0]
+        below = [i for i in there if height[i] < 0]
         inside = [i for i in inside if height[i] >= 0]
         for i in [i for i in below if height[i] < -4 * radius]:
             session.erase(i)
             below.remove(i)
-        times.append(O.time - released)
-        passed.append(session.total_mass(p, gone))
-        if passed[-1] > passed[-2]:
-            last_passage = time.process_time()
-        return O.time > not_before and session.at_rest(p, inside, [state[i] for i in inside])
+        memory.update(inside=inside, below=below)
+        memory["times"].append(O.time - released)
+        memory["passed"].append(session.total_mass(p, memory["gone"]))
+        if memory["passed"][-1] > memory["passed"][-2]:
+            memory["passage"] = checkpoint.cpu_time()
+        return O.time > not_before and session.at_rest(p, inside, session.states_of(inside))
 
-    stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "discharge")
-    diagnostics["settling_cpu"] = time.process_time() - last_passage
-    session.finish(p, inside, diagnostics, released, clock, "at rest")
-    return inside, np.array(times), np.array(passed)
+    stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "discharge", memory)
+    diagnostics["settling_cpu"] = checkpoint.cpu_time() - memory["passage"]
+    session.finish(p, memory["inside"], diagnostics, released, clock, "at rest")
+    return memory["inside"], np.array(memory["times"]), np.array(memory["passed"])
 
 
 def respond(p, filled, final, times, passed, status, diagnostics):

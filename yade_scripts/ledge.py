@@ -7,7 +7,6 @@ All lines:        yade-batch runs.table ledge.py
 
 import os
 import sys
-import time
 
 # YADE does not put the script's folder there
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
@@ -15,6 +14,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 import numpy as np
 from yade import O
 
+import checkpoint
 import contract
 import material
 import measure
@@ -88,24 +88,25 @@ def release(p, ids, flap, diagnostics, offset):
     The flap moves away horizontally, four times as fast as a grain that fell the filled height, and
     stops at twice the length of the ledge: erasing it would be simpler, but see session.retire.
     """
-    radius, released, clock = p["particle_radius"], O.time, time.process_time()
+    radius, released, clock = p["particle_radius"], O.time, checkpoint.cpu_time()
     not_before = released + stop.fall_time(p["fill_height"], material.GRAVITY)
-    state = dict(zip(ids, session.states_of(ids), strict=True))
-    left, opening_speed = list(ids), 4 * (2 * material.GRAVITY * p["fill_height"]) ** 0.5
+    memory, opening_speed = {"left": list(ids)}, 4 * (2 * material.GRAVITY * p["fill_height"]) ** 0.5
     for i in flap:
         O.bodies[i].state.vel = (opening_speed, 0, 0)
 
     def at_rest():
-        nonlocal left
+        left = memory["left"]
         if opening_speed * (O.time - released) > p["box_length"]:
             for i in flap:
                 O.bodies[i].state.vel = (0, 0, 0)
-        gone = {i for i in left if state[i].pos[2] - offset[2] < -2 * radius}
+        states = zip(left, session.states_of(left), strict=True)
+        gone = {i for i, state in states if state.pos[2] - offset[2] < -2 * radius}
         session.retire(gone, (1.5 * p["box_length"], 0, 0))
-        left = [i for i in left if i not in gone]
-        return O.time > not_before and session.at_rest(p, left, [state[i] for i in left])
+        memory["left"] = left = [i for i in left if i not in gone]
+        return O.time > not_before and session.at_rest(p, left, session.states_of(left))
 
-    stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge")
+    stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge", memory)
+    left = memory["left"]
     session.finish(p, left, diagnostics, released, clock, "at rest")
     return left
 

@@ -9,7 +9,7 @@ request=$(sed -n "1p;${line}p" "$table")
 run_id=$(printf '%s\n' "$request" | sed -n '2s/^\([0-9a-f]*\) .*/\1/p')
 [ -n "$run_id" ] || { echo "no run id in line $line of $table" >&2; exit 2; }
 mkdir -p locks
-for path in locks "locks/$run_id"; do # opening a link would empty the file that it leads to
+for path in locks "locks/$run_id" checkpoints "checkpoints/$run_id"; do # what is written there would end elsewhere
   [ ! -L "$path" ] || { echo "$path is a symbolic link: remove it" >&2; exit 2; }
 done
 # A run that outlived its driver still holds this lock: wait for it, then find its record. YADE inherits the lock.

@@ -5,7 +5,6 @@ import math
 import os
 import platform
 import re
-import time
 import traceback
 
 from yade import (
@@ -25,6 +24,7 @@ from yade import (
 )
 from yade import config
 
+import checkpoint
 import contract
 import effects
 import material
@@ -32,6 +32,7 @@ import quiet
 import stop
 
 _members = {}  # {id of a clump: ids of its spheres}; empty where grains are spheres
+_states = {}  # {id: state} of grains that were asked for in the present scene
 _possible = {"speed": math.inf}  # what gravity can give a grain of this scene [m/s]
 _sizes = {}  # {id: (radius [m], mass [kg])} of grains of several sizes; empty where all are alike
 
@@ -51,14 +52,16 @@ def main(setup, simulate):
     from yade.params import table
 
     given = {name: getattr(table, name) for name in contract.parameters_of(setup)}
-    started, diagnostics = time.time(), {}
+    diagnostics, curves = {}, {}
     record = dict(
         schema=contract.CONTRACT["schema"],
         setup=setup,
         run_id=_run_id(setup),
         parameters=contract.echoed(given),
     )
-    curves = {}
+    checkpoint.begin(
+        os.path.join("checkpoints", record["run_id"]), dict(record, scripts=scripts_hash())
+    )
     try:
         p = contract.checked(setup, given)
         record["parameters"] = contract.echoed(p)
@@ -78,10 +81,10 @@ def main(setup, simulate):
         yade=config.version,
         scripts=scripts_hash(),
         host=platform.node(),
-        started=started,
-        wall_time=time.time() - started,
+        **checkpoint.provenance(),
     )
     contract.write_record("records", record["run_id"], record, curves)
+    checkpoint.end()
     print(
         "%s: %s%s"
         % (record["run_id"], record["status"], ": " + record["error"] if record["error"] else "")
@@ -119,6 +122,7 @@ def engines(p):
         [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True)],
     )
     material.dispatch(contacts.physDispatcher, between_grains, at_walls)
+    _prepare_checkpoints(between_grains, at_walls)
     return [
         ForceResetter(),
         InsertionSortCollider(
@@ -130,16 +134,36 @@ def engines(p):
     ]
 
 
+def _prepare_checkpoints(between_grains, at_walls):
+    """YADE cannot load what material.dispatch leaves, and a scene that is loaded has new states."""
+
+    def physics():
+        (contacts,) = (e for e in O.engines if isinstance(e, InteractionLoop))
+        return contacts.physDispatcher
+
+    def plain():
+        physics().functors = [between_grains]
+
+    def mend():
+        material.dispatch(physics(), between_grains, at_walls)
+        effects.steer()
+        _states.clear()
+
+    checkpoint.before_save[:], checkpoint.after_load[:] = [plain], [mend]
+
+
 def states_of(ids):
     """The grains' states: asking for a body by number costs more than reading its state."""
-    return [O.bodies[i].state for i in ids]
+    new = [i for i in ids if i not in _states]
+    _states.update((i, O.bodies[i].state) for i in new)
+    return [_states[i] for i in ids]
 
 
 def start(p):
     """Set step and engines; returns the grain and wall materials, added to the scene."""
     quiet.silence_log()
-    _sizes.clear()
-    _members.clear()
+    for known in (_sizes, _members, _states):
+        known.clear()
     O.dt = material.time_step(p)
     O.engines = engines(p)
     grain, wall = material.materials(p)
@@ -220,27 +244,27 @@ def fill(p, ids, diagnostics):
     Raises Unstable where a grain is too fast, NotSettled where one has left the vessel: it would
     fall for ever.
     """
-    begin, states, energy = O.time, states_of(ids), material.filling_energy(p)
-    top = states[-1].pos[2]
+    begin, energy, top = O.time, material.filling_energy(p), states_of(ids)[-1].pos[2]
     not_before = begin + stop.fall_time(top, material.GRAVITY) / 2
     lost = -10 * material.largest_reach(p)
     _possible["speed"] = material.possible_speed(p, top)
     slower = " or a lower pouring_velocity" if p["pouring_velocity"] > 0 else ""
 
     def settled():
+        states = states_of(ids)
         stop.check_speed(states, _possible["speed"], O.dt, "filling")
         if any(state.pos[2] < lost for state in states):
             raise stop.NotSettled("filling: a grain has left the vessel: try another seed" + slower)
         return O.time > not_before and kinetic_energy(p, states) < energy
 
-    clock = time.process_time()
+    clock = checkpoint.cpu_time()
     stop.run_until(settled, p["sampling_interval"] * 5, p["longest_time"], "filling")
     diagnostics.update(
         particles=len(ids),
         time_step=O.dt,
         rayleigh_fraction=O.dt / material.rayleigh_time(p),
         filling_time=O.time - begin,
-        filling_cpu=time.process_time() - clock,
+        filling_cpu=checkpoint.cpu_time() - clock,
     )
     effects.shake(p)
 
@@ -255,12 +279,13 @@ def finish(p, ids, diagnostics, released, clock, reason):
         stop_reason=reason,
         kinetic_energy=kinetic_energy(p, states),
         rotational_energy=stop.mean_rotational_energy(states, mass, p["particle_radius"]),
-        release_cpu=time.process_time() - clock,
+        release_cpu=checkpoint.cpu_time() - clock,
     )
 
 
 def erase(i):
     """Take a grain out of the scene for good."""
+    _states.pop(i, None)
     O.bodies.erase(i, bool(_members))
 
 

@@ -5,7 +5,10 @@ import time
 
 from yade import O, PyRunner
 
-_watch = {"look": None, "error": None}
+import checkpoint
+
+LOOK = "import stop; stop._look()"
+_watch = {"look": None, "done": False, "error": None}
 FAR_ABOVE = 5  # times the speed that gravity can give: no collision of grains multiplies it so
 
 
@@ -17,14 +20,18 @@ class Unstable(Exception):
     """A grain is faster than gravity can make it: the time step is too long."""
 
 
-def run_until(look, interval, longest, what):
+def run_until(look, interval, longest, what, memory=None):
     """Step until look() is true.
 
     look is called every `interval` seconds of simulated time, inside one single O.run: separate
     short runs cost 40 ms each. Raises NotSettled after `longest` seconds, and whatever look()
     raises.
+
+    memory : a dictionary, as JSON can hold it, in which look keeps what it has to know the next
+    time. A long run is saved with it (checkpoint.py) and may go on in another process, where YADE's
+    objects are others as well: look asks for grains' states anew each time (session.states_of).
     """
-    end = O.time + longest
+    end, memory = O.time + longest, {} if memory is None else memory
 
     def guarded():
         if look():
@@ -33,31 +40,40 @@ def run_until(look, interval, longest, what):
             raise NotSettled("%s: not at rest after %g s of simulated time" % (what, longest))
         return False
 
-    _watch.update(look=guarded, error=None)
-    every = max(1, int(round(interval / O.dt)))
-    engines = list(O.engines)
-    O.engines = engines + [
-        PyRunner(command="import stop; stop._look()", iterPeriod=every, initRun=False)
-    ]
+    _watch.update(look=guarded, done=False, error=None)
+    there = checkpoint.enter(memory)
+    if there == "ended":
+        return
+    if there == "new":
+        every = max(1, int(round(interval / O.dt)))
+        O.engines = [*O.engines, PyRunner(command=LOOK, iterPeriod=every, initRun=False)]
+    _run_to_pause()
+    while not _watch["done"] and checkpoint.due():
+        checkpoint.save(memory)
+        _run_to_pause()
+    O.engines = [e for e in O.engines if not (isinstance(e, PyRunner) and e.command == LOOK)]
+    if _watch["error"] is not None:
+        raise _watch["error"]
+    checkpoint.leave(memory)
+
+
+def _run_to_pause():
     O.run(-1, True)
     # YADE calls itself paused as soon as it is told to, and the step may still be on its way.
     # Engines that are set within a step take their turn after it, and would then replace those of
     # the next wait, which would never look.
     while O.subStep >= 0:
         time.sleep(1e-4)
-    O.engines = engines
-    if _watch["error"] is not None:
-        raise _watch["error"]
 
 
 def _look():
     # An exception, or sys.exit(), inside a PyRunner would hang YADE for ever: keep it and pause
     # instead.
     try:
-        if _watch["look"]():
-            O.pause()
+        _watch["done"] = _watch["look"]()
     except BaseException as error:
-        _watch["error"] = error
+        _watch.update(done=True, error=error)
+    if _watch["done"] or checkpoint.due():
         O.pause()
 
 

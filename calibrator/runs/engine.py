@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from calibrator.errors import CalibratorError
 from calibrator.runs.batch import Batch, Progress, note_ended, pending_requests
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.failures import failed_attempts
-from calibrator.runs.folder import Failure, RunFolder, gather
+from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.futile import refuse_futile
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -129,14 +130,15 @@ def _made(
         _wait(engine, folder, requests, watch, report, total)
         pending = pending_requests(folder, requests, attempts)
     while pending:
-        before, failures = pending, folder.failures()
+        before, known = pending, _traces(folder, pending)
         watch = _watch(engine, folder, requests, (call, pending), attempts)
         refuse_futile(watch.ends(), total)
         folder.check_room()
         engine.submit(folder, watch.batch)
         _wait(engine, folder, requests, watch, report, total)
         pending = pending_requests(folder, requests, attempts)
-        idle = _untouched(pending, failures, folder.failures())
+        traces = _traces(folder, pending)
+        idle = sum(known[r.run_id] == traces[r.run_id] for r in pending)
         ended_early += bool(idle)
         fruitless = engine.early_ends is None and idle == len(before)
         if fruitless or ended_early == engine.early_ends:
@@ -144,11 +146,10 @@ def _made(
     return pending
 
 
-def _untouched(
-    pending: Sequence[Request], before: dict[str, Failure], after: dict[str, Failure]
-) -> int:
-    """How many runs are pending with no attempt counted: submitted, they never began."""
-    return sum(failed_attempts(before, r) == failed_attempts(after, r) for r in pending)
+def _traces(folder: RunFolder, pending: Sequence[Request]) -> dict[str, tuple[int, list[Path]]]:
+    """Attempts and checkpoints of pending runs: where both stay, a run never began."""
+    failures = folder.failures()
+    return {r.run_id: (failed_attempts(failures, r), folder.checkpoints(r)) for r in pending}
 
 
 def _watch(

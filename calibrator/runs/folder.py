@@ -26,7 +26,7 @@ RETRIED = ("crash", "lost", "timeout")
 A retry of the same request gives the same bits, so the other kinds would fail again.
 """
 
-FOLDERS = ("records", "logs", "batches", "locks")
+FOLDERS = ("records", "logs", "batches", "locks", "checkpoints")
 NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS)
 """What a drive without symbolic links answers."""
 ROOM = 2**20
@@ -59,6 +59,10 @@ class RunFolder:
     def log(self, request: Request) -> Path:
         """The output of the last attempt at a request."""
         return self.path / "logs" / f"{request.run_id}.log"
+
+    def checkpoints(self, request: Request) -> list[Path]:
+        """The scenes that a run under way, or killed, can go on from: one, where there is any."""
+        return sorted((self.path / "checkpoints" / request.run_id).glob("step_*"))
 
     def failures(self) -> dict[str, Failure]:
         """Why runs ended without a good record, by run id.

@@ -27,7 +27,7 @@ KEYS = {
     "provenance",
 }
 OPTIONAL = {"traceback", "seal"}  # records from before there were seals have none
-TEXTS, NUMBERS = {"yade", "scripts", "host"}, {"started", "wall_time"}
+TEXTS, NUMBERS = {"yade", "scripts", "host", "resumed"}, {"started", "wall_time"}
 """What the provenance may hold."""
 
 COUNTS = {"particles", "particles_left", "steps"}

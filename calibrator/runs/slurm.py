@@ -301,19 +301,26 @@ def _was_cut_off(folder: RunFolder, request: Request) -> bool:
     return folder.log(request).exists() and not folder.record(request).exists() and by_a_signal
 
 
+def _got_further(folder: RunFolder, batch: Path, request: Request) -> bool:
+    """Whether a run has written a checkpoint since its batch was."""
+    submitted = (batch / "manifest.json").stat().st_mtime
+    return any(scene.stat().st_mtime > submitted for scene in folder.checkpoints(request))
+
+
 def _settle(folder: RunFolder, batch: Path, slices: Slices) -> None:
     """Note the failures of a batch that has ended.
 
     A run that was cut off (wall time, memory, scancel) has failed only if it was the first one of
-    its task, and so had all that a task is given: it would be cut off again for ever. The others
-    run again at no cost, as do those that never started.
+    its task, and so had all that a task is given, and yet has not come to a new checkpoint: it
+    would be cut off again for ever. The others run again at no cost, as do those that never
+    started; one that has a checkpoint goes on from it.
     """
     tried, ends = list[Request](), dict[str, tuple[str, str]]()
     for index, own in enumerate(slices):
         for position, request in enumerate(own):
             if not _was_cut_off(folder, request):
                 tried += [request] * _started(folder, request)
-            elif position == 0:
+            elif position == 0 and not _got_further(folder, batch, request):
                 tried.append(request)
                 ends[request.run_id] = _end_of_task(batch / f"{index}.out")
     note_ended(folder, tried, ends)

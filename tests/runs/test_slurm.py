@@ -117,6 +117,18 @@ def test_a_refused_submission_costs_no_attempt(tmp_path, options, fake_yade):
     assert [r.status for r in engine.run(folder, requests(2), options, attempts=1)] == ["ok", "ok"]
 
 
+def test_a_run_that_is_cut_off_goes_on_in_the_next_task_while_it_gets_further(
+    tmp_path, options, fake_yade
+):
+    folder = folder_in(tmp_path / "runs", **{"0": "walk", "1": "killed"})
+    both = requests(2)
+    own_task = dataclasses.replace(options, slice_minutes=0)  # each is the first of its task
+    records = engine.run(folder, both, own_task, attempts=1)
+    assert [r.status for r in records] == ["ok", "lost"]
+    assert [calls(folder).count(r.run_id) for r in both] == [3, 1]
+    assert list(folder.failures()) == [both[1].run_id]
+
+
 def replace_sbatch(tmp_path, text):
     """An sbatch of another kind, ahead of the real one on the driver's PATH."""
     program = tmp_path / "bin" / "sbatch"
