@@ -3,9 +3,10 @@
 It honours the contract. Responses are a formula with seeded scatter, so that a whole calibration
 has a known answer. What a run does instead is written in misbehave.json of the working folder,
 {"<seed>": what} with what = "crash", "segfault", "memory", "hang", "hang once", "lie", "half",
-"clog", "unstable", "busy", "killed", "walk" or "nothing"; "all" stands for every seed. With {"once": true}
-each seed does so the first time only. {"duration": seconds} makes runs last, {"yade": version} is
-what records say, and {"clock": seconds} moves the clock while a run is under way.
+"clog", "unstable", "busy", "killed", "walk" or "nothing"; "all" stands for every seed. With
+{"once": true} each seed does so the first time only. {"duration": seconds} makes runs last,
+{"yade": version} is what records say, and {"clock": seconds} moves the clock while a run is under
+way.
 """
 
 import ast

@@ -127,9 +127,9 @@ def leave(memory):
     if not _run or _run["found"]:
         return
     name = str(_run["wait"])
-    if _run["ends"] or _run["last"] or _work(_run["began"]) >= SHORT * EVERY:
-        if _written("end_" + name):
-            _run["ends"][name], _run["memories"][name] = cpu_time(), memory
+    far = _run["ends"] or _run["last"] or _work(_run["began"]) >= SHORT * EVERY
+    if far and _written("end_" + name):
+        _run["ends"][name], _run["memories"][name] = cpu_time(), memory
 
 
 def _work(since):

@@ -15,6 +15,7 @@ import numpy as np
 from yade import O, utils
 
 import checkpoint
+import grains
 import material
 import measure
 import packing
@@ -28,7 +29,7 @@ def simulate(p, diagnostics):
     radius, cylinder = p["particle_radius"], p["cylinder_diameter"] / 2
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
-    count = session.grains_for_volume(p, np.pi * cylinder**2 * p["fill_height"])
+    count = grains.for_volume(p, np.pi * cylinder**2 * p["fill_height"])
     centres = packing.cloud_in_cylinder(p, count, material.largest_reach(p), rng)
     O.bodies.append(utils.wall(0.0, axis=2, sense=1, material=wall))
     # The wall of the cylinder starts a hair above the base plane, so that the two never share a
@@ -36,13 +37,13 @@ def simulate(p, diagnostics):
     tube = O.bodies.append(
         walls.cylinder(cylinder, 0.05 * radius, centres[:, 2].max() + 10 * radius, wall)
     )
-    ids = session.add_grains(p, centres, grain, rng)
-    diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
+    ids = grains.add(p, centres, grain, rng)
+    diagnostics["pouring_rate"] = grains.pouring_rate(p, centres)
 
     session.fill(p, ids, diagnostics)
-    filled = session.positions(ids)
+    filled = grains.positions(ids)
     lift(p, ids, tube, diagnostics)
-    return respond(p, ids, filled, session.positions(ids), diagnostics)
+    return respond(p, ids, filled, grains.positions(ids), diagnostics)
 
 
 def lift(p, ids, tube, diagnostics):
@@ -58,7 +59,7 @@ def lift(p, ids, tube, diagnostics):
         O.bodies[i].state.vel = (0, 0, 0)
 
     def at_rest():
-        return session.at_rest(p, ids, session.states_of(ids))
+        return session.at_rest(p, ids, grains.states_of(ids))
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "conical pile")
     session.finish(p, ids, diagnostics, released, clock, "at rest")
@@ -69,13 +70,13 @@ def respond(p, ids, filled, final, diagnostics):
     radius, cylinder, sizes = (
         p["particle_radius"],
         p["cylinder_diameter"] / 2,
-        session.radii(p, ids),
+        grains.radii(p, ids),
     )
     x, y, height = measure.height_map(filled, sizes, cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
     diagnostics["filled_height"] = float(height[section].mean())
     responses = dict(
-        bulk_density=session.total_mass(p, ids) / (np.pi * cylinder**2 * height[section].mean())
+        bulk_density=grains.total_mass(p, ids) / (np.pi * cylinder**2 * height[section].mean())
     )
 
     # Grains that rolled far away are left out of the scan, or a single one would set its size.

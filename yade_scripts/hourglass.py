@@ -17,6 +17,7 @@ from yade import O
 import checkpoint
 import contract
 import effects
+import grains
 import material
 import measure
 import packing
@@ -40,15 +41,15 @@ def simulate(p, diagnostics):
     O.bodies.append(walls.cylinder(cylinder, -2 * radius, centres[:, 2].max() + 10 * radius, wall))
     O.bodies.append(walls.annulus(neck, cylinder, wall))
     plug = O.bodies.append(walls.disk(neck, wall))
-    ids = session.add_grains(p, centres, grain, rng)
-    diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
+    ids = grains.add(p, centres, grain, rng)
+    diagnostics["pouring_rate"] = grains.pouring_rate(p, centres)
 
     session.fill(p, ids, diagnostics)
-    filled = session.positions(ids)
+    filled = grains.positions(ids)
     for i in plug:
         O.bodies.erase(i)
     inside, times, passed = discharge(p, ids, diagnostics)
-    final = session.positions(inside)
+    final = grains.positions(inside)
     status = "clogged" if np.any(np.hypot(final[:, 0], final[:, 1]) < 0.5 * neck) else "ok"
     responses, curves = respond(
         p, (ids, filled), (inside, final), times, passed, status, diagnostics
@@ -81,19 +82,19 @@ def discharge(p, ids, diagnostics):
     def at_rest():
         inside, below = memory["inside"], memory["below"]
         there = inside + below
-        height = {i: s.pos[2] for i, s in zip(there, session.states_of(there), strict=True)}
+        height = {i: s.pos[2] for i, s in zip(there, grains.states_of(there), strict=True)}
         memory["gone"] += [i for i in inside if height[i] < 0]
         below = [i for i in there if height[i] < 0]
         inside = [i for i in inside if height[i] >= 0]
         for i in [i for i in below if height[i] < -4 * radius]:
-            session.erase(i)
+            grains.erase(i)
             below.remove(i)
         memory.update(inside=inside, below=below)
         memory["times"].append(O.time - released)
-        memory["passed"].append(session.total_mass(p, memory["gone"]))
+        memory["passed"].append(grains.total_mass(p, memory["gone"]))
         if memory["passed"][-1] > memory["passed"][-2]:
             memory["passage"] = checkpoint.cpu_time()
-        return O.time > not_before and session.at_rest(p, inside, session.states_of(inside))
+        return O.time > not_before and session.at_rest(p, inside, grains.states_of(inside))
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "discharge", memory)
     diagnostics["settling_cpu"] = checkpoint.cpu_time() - memory["passage"]
@@ -105,8 +106,8 @@ def respond(p, filled, final, times, passed, status, diagnostics):
     """Bulk responses and curves of a run; filled and final are ids and centres (n, 3) [m]."""
     cylinder = p["cylinder_diameter"] / 2
     (ids, filled), (left, final) = filled, final
-    mass, residual = session.total_mass(p, ids), session.total_mass(p, left)
-    x, y, height = measure.height_map(filled, session.radii(p, ids), cylinder, cylinder)
+    mass, residual = grains.total_mass(p, ids), grains.total_mass(p, left)
+    x, y, height = measure.height_map(filled, grains.radii(p, ids), cylinder, cylinder)
     section = np.hypot(x[:, None], y[None, :]) < cylinder
     volume = (
         measure.filled_volume(x, y, height, section)
@@ -122,7 +123,7 @@ def respond(p, filled, final, times, passed, status, diagnostics):
     if status == "ok":
         responses.update(
             residual_mass=residual,
-            residual_fraction=session.share(p, left, ids),
+            residual_fraction=grains.share(p, left, ids),
             discharge_time=times[-1],
         )
         responses.update(measure.discharge_features(times, passed))
@@ -137,7 +138,7 @@ def crater(p, left, final, bulk_density, curves):
         p["cylinder_diameter"] / 2,
         p["neck_diameter"] / 2,
     )
-    x, y, height = measure.height_map(final, session.radii(p, left), cylinder, cylinder)
+    x, y, height = measure.height_map(final, grains.radii(p, left), cylinder, cylinder)
     rho = np.hypot(x[:, None], y[None, :])
     # One grain diameter at the neck (its edge is ragged) and one at the wall (grains stand in
     # layers there) are left out.
@@ -147,7 +148,7 @@ def crater(p, left, final, bulk_density, curves):
     )
     profile = measure.radial_profile(x, y, height, ring, slope_part)
     fit = measure.fit_slope(*profile, rising=True)
-    volume = session.total_mass(p, left) / bulk_density
+    volume = grains.total_mass(p, left) / bulk_density
     responses = dict(
         drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck)
     )

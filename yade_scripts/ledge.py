@@ -16,6 +16,7 @@ from yade import O
 
 import checkpoint
 import contract
+import grains
 import material
 import measure
 import packing
@@ -33,7 +34,7 @@ def simulate(p, diagnostics):
     check(p)
     grain, wall = session.start(p)
     rng = np.random.default_rng(p["seed"])
-    count = session.grains_for_volume(p, length * width * p["fill_height"])
+    count = grains.for_volume(p, length * width * p["fill_height"])
     centres = packing.cloud(
         count,
         material.largest_reach(p),
@@ -57,8 +58,8 @@ def simulate(p, diagnostics):
     flap = O.bodies.append(
         walls.strips([(ox + length, oz), (ox + length, oz + top)], 4, width, wall)
     )
-    ids = session.add_grains(p, centres + offset, grain, rng)
-    diagnostics["pouring_rate"] = session.pouring_rate(p, centres)
+    ids = grains.add(p, centres + offset, grain, rng)
+    diagnostics["pouring_rate"] = grains.pouring_rate(p, centres)
 
     session.fill(p, ids, diagnostics)
     filled = wrapped(ids, offset, width)
@@ -77,7 +78,7 @@ def check(p):
 
 def wrapped(ids, offset, width):
     """Centres (n, 3) [m]: back wall at x = 0, floor at z = 0, y folded into [-W/2, W/2]."""
-    centres = session.positions(ids) - offset
+    centres = grains.positions(ids) - offset
     centres[:, 1] = np.mod(centres[:, 1], width) - width / 2
     return centres
 
@@ -86,11 +87,12 @@ def release(p, ids, flap, diagnostics, offset):
     """Open the flap; grains are retired once they are clear of the edge. Returns the ids left.
 
     The flap moves away horizontally, four times as fast as a grain that fell the filled height, and
-    stops at twice the length of the ledge: erasing it would be simpler, but see session.retire.
+    stops at twice the length of the ledge: erasing it would be simpler, but see grains.retire.
     """
     radius, released, clock = p["particle_radius"], O.time, checkpoint.cpu_time()
     not_before = released + stop.fall_time(p["fill_height"], material.GRAVITY)
-    memory, opening_speed = {"left": list(ids)}, 4 * (2 * material.GRAVITY * p["fill_height"]) ** 0.5
+    opening_speed = 4 * (2 * material.GRAVITY * p["fill_height"]) ** 0.5
+    memory = {"left": list(ids)}
     for i in flap:
         O.bodies[i].state.vel = (opening_speed, 0, 0)
 
@@ -99,11 +101,11 @@ def release(p, ids, flap, diagnostics, offset):
         if opening_speed * (O.time - released) > p["box_length"]:
             for i in flap:
                 O.bodies[i].state.vel = (0, 0, 0)
-        states = zip(left, session.states_of(left), strict=True)
+        states = zip(left, grains.states_of(left), strict=True)
         gone = {i for i, state in states if state.pos[2] - offset[2] < -2 * radius}
-        session.retire(gone, (1.5 * p["box_length"], 0, 0))
+        grains.retire(gone, (1.5 * p["box_length"], 0, 0))
         memory["left"] = left = [i for i in left if i not in gone]
-        return O.time > not_before and session.at_rest(p, left, session.states_of(left))
+        return O.time > not_before and session.at_rest(p, left, grains.states_of(left))
 
     stop.run_until(at_rest, p["sampling_interval"], p["longest_time"], "ledge", memory)
     left = memory["left"]
@@ -118,22 +120,22 @@ def respond(p, filled, final, diagnostics):
         p["particle_radius"],
         p["box_length"],
         p["box_width"],
-        session.total_mass(p, left),
+        grains.total_mass(p, left),
     )
     centre = np.array([length / 2, 0, 0])
     x, y, height = measure.height_map(
-        filled - centre, session.radii(p, ids), length / 2, width / 2, period_y=width
+        filled - centre, grains.radii(p, ids), length / 2, width / 2, period_y=width
     )
     diagnostics["filled_height"] = float(height.mean())
-    bulk_density = session.total_mass(p, ids) / (height.mean() * length * width)
+    bulk_density = grains.total_mass(p, ids) / (height.mean() * length * width)
     x, y, height = measure.height_map(
-        final - centre, session.radii(p, left), length / 2, width / 2, period_y=width
+        final - centre, grains.radii(p, left), length / 2, width / 2, period_y=width
     )
     position, profile = measure.x_profile(x + length / 2, height, radius)
     responses = dict(
         bulk_density=bulk_density,
         residual_mass=residual,
-        residual_fraction=session.share(p, left, ids),
+        residual_fraction=grains.share(p, left, ids),
         ledge_equivalent_angle_deg=measure.wedge_angle_from_volume(
             residual / bulk_density, length, width
         ),

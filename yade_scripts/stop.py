@@ -29,7 +29,7 @@ def run_until(look, interval, longest, what, memory=None):
 
     memory : a dictionary, as JSON can hold it, in which look keeps what it has to know the next
     time. A long run is saved with it (checkpoint.py) and may go on in another process, where YADE's
-    objects are others as well: look asks for grains' states anew each time (session.states_of).
+    objects are others as well: look asks for grains' states anew each time (grains.states_of).
     """
     end, memory = O.time + longest, {} if memory is None else memory
 

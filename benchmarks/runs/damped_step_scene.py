@@ -15,6 +15,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])) + "/../../yade_scripts")
 
 import contract
+import grains
 import material
 import numpy as np
 import packing
@@ -47,8 +48,8 @@ def bed(given):
     top = centres[:, 2].max()
     O.bodies.append(walls.cylinder(DIAMETERS * r, -2 * r, top + 10 * r, wall))
     O.bodies.append(walls.disk(DIAMETERS * r, wall))
-    ids = session.add_grains(p, centres, grain, rng)
-    states, free_fall = session.states_of(ids), material.possible_speed(p, top)
+    ids = grains.add(p, centres, grain, rng)
+    states, free_fall = grains.states_of(ids), material.possible_speed(p, top)
     energy, unit = material.filling_energy(p), math.sqrt(2 * r / material.GRAVITY)
     seen = dict(fastest=0.0, overlap=0.0)
 
@@ -57,14 +58,14 @@ def bed(given):
         seen["fastest"] = max(seen["fastest"], speed)
         deep = max((i.geom.penetrationDepth for i in O.interactions if i.isReal), default=0.0)
         seen["overlap"] = max(seen["overlap"], deep / r)
-        return speed > 3 or (O.time > 6 * unit and session.kinetic_energy(p, states) < energy)
+        return speed > 3 or (O.time > 6 * unit and grains.kinetic_energy(p, states) < energy)
 
     try:
         stop.run_until(look, 0.1 * unit, 30 * unit, "bed")
         seen["settled"] = bool(seen["fastest"] <= 3)
     except stop.NotSettled:
         seen["settled"] = False
-    kinetic = session.kinetic_energy(p, states) / energy
+    kinetic = grains.kinetic_energy(p, states) / energy
     return dict(seen, time=O.time / unit, steps=O.iter, kinetic=min(kinetic, 1e99))
 
 

@@ -1,9 +1,9 @@
 """Experiments on the effects that are off by default."""
 
 import effects
+import grains
 import material
 import numpy as np
-import session
 from apparatus import (
     add_floor,
     add_grain,
@@ -46,7 +46,7 @@ def hanging(bond_number, duration=0.1):
 def falling(bed_viscosity, duration=0.4):
     """A grain falls freely in a viscous gas, like one of a set-up: its final velocity [m/s]."""
     p, grain, _ = scene(bed_viscosity=bed_viscosity)
-    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
+    (i,) = grains.add(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
     body = O.bodies[i]
     body.state.vel = (0, 0, 0)
     run(duration)
@@ -127,13 +127,13 @@ def sizes(size_spread, count=7000):
     """Moments of the radii as created: mean [m], coefficient of variation, mean mass [kg]."""
     p, grain, _ = scene(size_spread=size_spread)
     centres = 0.01 * np.array([(i % 20, i // 20 % 20, i // 400) for i in range(count)], float)
-    ids = session.add_grains(p, centres, grain, np.random.default_rng(1))
+    ids = grains.add(p, centres, grain, np.random.default_rng(1))
     radii = np.array([O.bodies[i].shape.radius for i in ids])
     return dict(
         nominal=p["particle_radius"],
         mean=radii.mean(),
         spread=radii.std() / radii.mean(),
-        mean_mass=session.total_mass(p, ids) / count,
+        mean_mass=grains.total_mass(p, ids) / count,
         expected_mass=material.mean_grain_mass(p),
         time_step=O.dt,
         smallest=radii.min(),
@@ -143,13 +143,13 @@ def sizes(size_spread, count=7000):
 def clump(aspect):
     """Mass [kg], inertia [kg m2] and extent [m] of a clump as it is created."""
     p, grain, _ = scene(clump_aspect=aspect)
-    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
-    centres, state = session.positions([i]), O.bodies[i].state
+    (i,) = grains.add(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
+    centres, state = grains.positions([i]), O.bodies[i].state
     return dict(
         grain_mass=material.grain_mass(p),
         mass=state.mass,
         inertia=sorted(state.inertia),
-        sphere_radius=float(session.radii(p, [i])),
+        sphere_radius=float(grains.radii(p, [i])),
         distance=float(np.linalg.norm(centres[0] - centres[1])),
     )
 
@@ -169,7 +169,7 @@ def clump_rebound(aspect=1.3, speed=0.1):
     p, grain, wall = scene(gravity=False, clump_aspect=aspect)
     add_floor("wall", wall)
     reach = material.largest_reach(p)
-    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 1.001 * reach]]), grain, Upright())
+    (i,) = grains.add(p, np.array([[0.0, 0.0, 1.001 * reach]]), grain, Upright())
     state = O.bodies[i].state
     state.vel = (0, 0, -speed)
     run(5e-3)
@@ -183,7 +183,7 @@ def clump_rebound(aspect=1.3, speed=0.1):
 def clump_fall(bed_viscosity, duration=0.4):
     """A clump falls in a viscous gas: final speed, as `falling`."""
     p, grain, _ = scene(clump_aspect=1.5, bed_viscosity=bed_viscosity)
-    (i,) = session.add_grains(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
+    (i,) = grains.add(p, np.array([[0.0, 0.0, 0.0]]), grain, np.random.default_rng(1))
     O.bodies[i].state.vel = (0, 0, 0)
     run(duration)
     return dict(

@@ -2,6 +2,7 @@
 
 import time
 
+import grains
 import material
 import numpy as np
 import packing
@@ -36,9 +37,9 @@ def settled_layer(count=200, diameter=0.03):
     )
     add_floor("wall", wall)
     O.bodies.append(walls.cylinder(cylinder, 0.05 * r, centres[:, 2].max() + 10 * r, wall))
-    ids = session.add_grains(p, centres, grain, rng)
+    ids = grains.add(p, centres, grain, rng)
     session.fill(p, ids, {})
-    states = session.states_of(ids)
+    states = grains.states_of(ids)
 
     def energies():
         return dict(
@@ -54,7 +55,7 @@ def settled_layer(count=200, diameter=0.03):
 def lost_grain(pouring_velocity):
     """A filling without a floor: why it ends, and after what simulated time [s]."""
     p, grain, _ = scene(pouring_velocity=pouring_velocity)
-    ids = session.add_grains(p, np.array([[0.0, 0.0, 0.01]]), grain, np.random.default_rng(1))
+    ids = grains.add(p, np.array([[0.0, 0.0, 0.01]]), grain, np.random.default_rng(1))
     try:
         session.fill(p, ids, {})
     except stop.NotSettled as error:
@@ -67,8 +68,8 @@ def shot_grain():
     ends, speed = [], 20.0
     for part in ("filling", "release"):
         p, grain, _ = scene(gravity=False)
-        ids = session.add_grains(p, np.array([[0.0, 0.0, 0.01]]), grain, np.random.default_rng(1))
-        states = session.states_of(ids)
+        ids = grains.add(p, np.array([[0.0, 0.0, 0.01]]), grain, np.random.default_rng(1))
+        states = grains.states_of(ids)
         possible = material.possible_speed(p, 0.01)
         try:
             if part == "release":

@@ -1,0 +1,129 @@
+"""A run of ten minutes, killed at three moments, beside the undisturbed one.
+
+    python -m benchmarks.runs.checkpoints    three quarters of an hour of a core
+
+It writes benchmarks/results/checkpoints.json: whether the two records and all their arrays are the
+same, what was made twice, and what the checkpoints cost, for which the run is made once more by
+scripts that never come to one.
+"""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.common import rounded, write
+from calibrator.case.vocabulary import SCRIPTS
+from calibrator.runs.local import clean_environment
+from calibrator.runs.programs import chosen
+from calibrator.runs.record import Record, read_record
+from calibrator.runs.request import Request, write_table
+
+# about 1,400 grains of half a millimetre; the modulus makes it last
+REQUEST = Request.of(
+    "hourglass",
+    particle_radius=0.4e-3,
+    particle_density=2650.0,
+    young_modulus=3e7,
+    fill_mass=1e-3,
+    cylinder_diameter=10e-3,
+    neck_diameter=5e-3,
+    seed=870_001,
+)
+MOMENTS = (0.3, 0.6, 0.9)  # of the CPU time of the undisturbed run, all processes together
+LINE = "EVERY = 1e8"
+
+
+def started(scripts: Path, folder: Path) -> subprocess.Popen[bytes]:
+    """YADE over the request."""
+    folder.mkdir(exist_ok=True)
+    write_table(folder / "one.table", [REQUEST])
+    environment = {**clean_environment(9e4, 9e4), "YADE_BATCH": "one.table:2"}
+    command = [chosen().yade, "-n", "-x", str(scripts / f"{REQUEST.setup}.py")]
+    return subprocess.Popen(command, cwd=folder, env=environment, stdout=sys.stderr)
+
+
+def undisturbed(scripts: Path, folder: Path) -> Record:
+    """The record of a run that is left alone."""
+    started(scripts, folder).wait()
+    return record_in(folder)
+
+
+def record_in(folder: Path) -> Record:
+    """The record that the run left in a folder."""
+    return read_record(folder / "records" / f"{REQUEST.run_id}.json", REQUEST)
+
+
+def killed(scripts: Path, folder: Path, moments: list[float]) -> tuple[Record, float]:
+    """The record of a run that is killed at these moments [s of CPU], and the CPU time in all."""
+    spent = 0.0
+    for moment in (*moments, float("inf")):
+        process, own = started(scripts, folder), 0.0
+        while process.poll() is None:
+            time.sleep(0.5)
+            own = cpu_time(process.pid) or own
+            if spent + own > moment:
+                process.kill()
+                process.wait()
+        spent += own
+    return record_in(folder), spent
+
+
+def cpu_time(pid: int) -> float | None:
+    """CPU time [s] of a process, None where it has ended (proc(5): fields 14 and 15 of stat)."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    except OSError:
+        return None
+    return (int(fields[11]) + int(fields[12])) / 100 if len(fields) > 12 else None
+
+
+def stepping(record: Record) -> float:
+    """CPU time [s] of a run's waits."""
+    return float(record.diagnostics["filling_cpu"]) + float(record.diagnostics["release_cpu"])
+
+
+def same_arrays(one: Path, other: Path) -> bool:
+    """Whether the arrays that two runs left are equal, each to its last bit."""
+    name = Path("records", f"{REQUEST.run_id}.npz")
+    with np.load(one / name) as a, np.load(other / name) as b:
+        return a.files == b.files and all(np.array_equal(a[n], b[n]) for n in a.files)
+
+
+def measure(folder: Path) -> dict:
+    """All runs, compared."""
+    plain = folder / "plain"
+    shutil.copytree(SCRIPTS, plain)
+    text = (plain / "checkpoint.py").read_text()
+    assert text.count(LINE) == 1
+    (plain / "checkpoint.py").write_text(text.replace(LINE, "EVERY = float('inf')"))
+    alone = undisturbed(SCRIPTS, folder / "alone")
+    moments = [share * stepping(alone) for share in MOMENTS]
+    again, spent = killed(SCRIPTS, folder / "killed", moments)
+    without = undisturbed(plain, folder / "without")
+    names = sorted(alone.responses)
+    return {
+        "particles": alone.diagnostics["particles"],
+        "steps": alone.diagnostics["steps"],
+        "core_seconds": rounded(stepping(alone), 3),
+        "killed_at_core_seconds": [rounded(m, 3) for m in moments],
+        "went_on": again.provenance.get("resumed", "never"),
+        "core_seconds_of_all_processes": rounded(spent, 3),
+        "same_status_and_responses": (alone.status, alone.responses)
+        == (again.status, again.responses),
+        "same_arrays": same_arrays(folder / "alone", folder / "killed"),
+        "core_seconds_without_checkpoints": rounded(stepping(without), 3),
+        "largest_relative_difference_without": rounded(
+            max(abs(without.responses[n] / alone.responses[n] - 1) for n in names), 2
+        ),
+        "yade": alone.provenance["yade"],
+    }
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as place:
+        write("checkpoints", measure(Path(place)))
