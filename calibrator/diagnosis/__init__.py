@@ -4,7 +4,9 @@ experiments   set-ups under conditions, and the runs that imitate them
 observed      records, averages and the covariance of the measurements
 surfaces      response surfaces over parameters and effects
 gap           fingerprints, detection, chance
-explanations  the fit of each effect, and its rivals
+explanations  the fit of the model as it is, or with effects
+rivals        all explanations side by side
+limits        whether the model fits within its bounds
 verdict       what the evidence allows to say
 runs          carrying out the runs of a diagnosis
 basis         what an outcome was computed from, as a fingerprint

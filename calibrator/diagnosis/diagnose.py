@@ -15,8 +15,15 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.basis import CONFIRMED, diagnosis_basis
 from calibrator.diagnosis.confirm import Confirmation, confirm
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Location, ghost_shares, localise
+from calibrator.diagnosis.limits import Fits
 from calibrator.diagnosis.new_case import write_new_case
-from calibrator.diagnosis.outcome import Diagnosis, ExplanationRun, FingerprintTable, Ghosts
+from calibrator.diagnosis.outcome import (
+    BoundedFit,
+    Diagnosis,
+    ExplanationRun,
+    FingerprintTable,
+    Ghosts,
+)
 from calibrator.diagnosis.preflight import powers, rows_of
 from calibrator.diagnosis.runs import Scene, prepare
 from calibrator.diagnosis.sentence import sentence, too_few
@@ -92,6 +99,7 @@ def _found(
         notes=(*scene.notes, *_refutation(verdict, runs.explanations), *runs.notes),
         fingerprint=diagnosis_basis(space.case, [*scene.records, *runs.records]),
         detection=verdict.detection,
+        bounded=_bounded(space, verdict.fits),
         ghost_probability=finite(verdict.ghost),
         held_out_probability=finite(verdict.held_out),
         posterior=verdict.posterior,
@@ -102,6 +110,28 @@ def _found(
         fingerprints=_fingerprints(scene, picture),
         ghosts=_ghosts(picture, rng),
         powers=powers(scene.effects, picture),
+    )
+
+
+def _bounded(space: Workspace, fits: Fits) -> BoundedFit:
+    """The fit within the bounds and beyond, with parameters by name and in their units."""
+    parameters = space.case.problem.parameters
+    values = ex.point(space.case, fits.wider)
+    return BoundedFit(
+        p=fits.p,
+        p_wider=finite(fits.p_wider),
+        at_bounds=tuple(
+            f"{parameters[b.parameter].name} at its"
+            f" {'upper' if b.upper else 'lower'} bound"
+            f" {parameters[b.parameter].high if b.upper else parameters[b.parameter].low:g}"
+            for b in fits.bounds
+        ),
+        beyond=tuple(
+            f"{p.name} = {value:.3g} ({'above' if share > 1 else 'below'} its bounds {p.low:g} to"
+            f" {p.high:g})"
+            for p, share, value in zip(parameters, fits.wider, values, strict=True)
+            if not 0 <= share <= 1
+        ),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.lab import Nuisance, Observable
-from calibrator.case.vocabulary import EFFECTS
+from calibrator.case.vocabulary import EFFECTS, PARAMETERS
 from calibrator.diagnosis.experiments import Experiment
 from calibrator.diagnosis.explanations import Effect, Measured
 from calibrator.diagnosis.gap import repeated
@@ -22,6 +23,7 @@ from calibrator.runs.request import Request
 
 # weight of the simulation's scatter beside that of a few replicates in the laboratory
 PRIOR_DEGREES = 4
+ROOM = 0.5  # shares of a range by which a fit may leave it to see whether the box is too small
 
 
 def units(case: Case, requests: Iterable[Request]) -> np.ndarray:
@@ -67,7 +69,20 @@ def surfaces(
         [e.name for e in found],
         {int(r.request.parameters["seed"]) for records in good for r in records},
         {int(r.request.parameters["seed"]) for records in good_changes for r in records},
+        _wider(case),
     )
+
+
+def _wider(case: Case) -> np.ndarray:
+    """Ends (2, d) beyond the case's box: half a range away, and no further than a run may go."""
+    ends = []
+    for p in case.problem.parameters:
+        known = PARAMETERS[p.name]
+        low, high = (math.nan if v is None else v for v in (known.low, known.high))
+        with np.errstate(divide="ignore"):  # a log scale never comes to 0
+            shares = p.shares_of(np.array([low, high], float))
+        ends.append((np.fmax(shares[0], -ROOM), np.fmin(shares[1], 1 + ROOM)))
+    return np.array(ends).T
 
 
 def _requests(records: Sequence[Record]) -> list[Request]:

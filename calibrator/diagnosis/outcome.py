@@ -231,6 +231,24 @@ class Ghosts:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BoundedFit:
+    """Whether the model as it is meets the measurements within the bounds of its parameters.
+
+    Attributes
+    ----------
+    p, p_wider : probabilities of as large a chi2 within the bounds, and up to half a range beyond
+        them; the second is None where no parameter is at a bound.
+    at_bounds : parameters at a bound in the fit, each with the bound in words.
+    beyond : where those would be that leave their bounds, in words.
+    """
+
+    p: float
+    p_wider: float | None
+    at_bounds: tuple[str, ...]
+    beyond: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """A verdict on a gap, and what it rests on.
 
@@ -239,12 +257,14 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict : "no gap", "named", "ambiguous", "two effects", "unknown" or "cannot tell".
+    verdict : "no gap", "out of bounds", "named", "ambiguous", "two effects", "unknown" or "cannot
+        tell".
     effects : the name, the pair, or the set that cannot be told apart.
     sentence : the verdict in words with its numbers.
     notes : sentences on runs and observables left out, and on names taken back.
     fingerprint : of what all this was computed from.
     detection : the test for a gap.
+    bounded : the fit of the model as it is within its bounds, and beyond them.
     ghost_probability : of a ghost library that explains as much as the best effect.
     held_out_probability : of the data held out, under what would be named.
     posterior : probability of no effect, each effect and the unknown one; none without a gap.
@@ -263,6 +283,7 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     fingerprint: Fingerprint = field(default_factory=dict)
     detection: Detection | None = None
+    bounded: BoundedFit | None = None
     ghost_probability: float | None = None
     held_out_probability: float | None = None
     posterior: dict[str, float] = field(default_factory=dict)

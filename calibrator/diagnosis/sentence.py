@@ -6,8 +6,8 @@ import math
 
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Gap
-from calibrator.diagnosis.outcome import Diagnosis, ExplanationRun
-from calibrator.diagnosis.verdict import AMBIGUOUS, NO_GAP, NONE, UNKNOWN
+from calibrator.diagnosis.outcome import BoundedFit, Diagnosis, ExplanationRun
+from calibrator.diagnosis.verdict import AMBIGUOUS, NO_GAP, NONE, OUT_OF_BOUNDS, UNKNOWN
 
 PLAUSIBLE = 3  # plausible sizes: an effect that is seen from more on only is not worth a mention
 
@@ -34,8 +34,10 @@ def sentence(found: Diagnosis) -> str:
     if found.verdict == NO_GAP:
         return (
             f"No gap: the model meets the measurements within their errors (p = {p:.2g})."
-            f" {_could_have_seen(found)}"
+            f" {_at_bounds(found)}{_could_have_seen(found)}"
         )
+    if found.verdict == OUT_OF_BOUNDS:
+        return _out_of_bounds(found.bounded)
     worst = found.locations[0] if found.locations else None
     place = (
         f", most of all in {worst.experiment} (p = {worst.p_holm:.2g})"
@@ -44,11 +46,40 @@ def sentence(found: Diagnosis) -> str:
     )
     gap = f"Simulation and measurement disagree beyond every known error (p = {p:.2g}{place})"
     if found.explained:
-        return f"{gap}. {_named(found)} {_shrunk(found)} {_refuted(found)}"
+        return (
+            f"{gap}. {_named(found)} {_shrunk(found)} {_refuted(found)} {_at_bounds(found)}".strip()
+        )
     if found.verdict == AMBIGUOUS:
         names = " or ".join(_possible(name) for name in found.effects)
         return f"{gap}; what explains it is ambiguous: {names}. {_next(found)}"
     return f"{gap}, and no effect of the library explains it: unknown. {_next(found)}"
+
+
+def _at_bounds(found: Diagnosis) -> str:
+    """A sentence where parameters are at their bounds, else nothing."""
+    if found.bounded is None or not found.bounded.at_bounds:
+        return ""
+    places = " and ".join(found.bounded.at_bounds)
+    return f"Its best fit has {places}: widen the bounds if values beyond are possible. "
+
+
+def _out_of_bounds(fit: BoundedFit | None) -> str:
+    """What to do where the box is too small for the measurements."""
+    if fit is None:
+        raise ValueError("no fit was noted")
+    places = " and ".join(fit.at_bounds)
+    beyond = (
+        f" It would with {' and '.join(fit.beyond)} (p = {fit.p_wider:.2g}, on surfaces that"
+        " extrapolate)."
+        if fit.beyond and fit.p_wider is not None and fit.p_wider > fit.p
+        else ""
+    )
+    return (
+        f"Out of bounds: within its bounds the model does not meet the measurements (p ="
+        f" {fit.p:.2g}), with {places}.{beyond} Nothing can be said of a missing effect: widen the"
+        " bounds, calibrate and diagnose again; where values beyond are impossible, check the"
+        " measurements and the parameters that the case keeps fixed."
+    )
 
 
 def _possible(name: str) -> str:

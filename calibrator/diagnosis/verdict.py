@@ -11,10 +11,7 @@ from calibrator.diagnosis.explanations import (
     Effect,
     Explanation,
     Measured,
-    Rivals,
     explain,
-    pairs,
-    rivals,
     tail,
 )
 from calibrator.diagnosis.gap import (
@@ -27,9 +24,12 @@ from calibrator.diagnosis.gap import (
     ghost_probability,
     projection,
 )
+from calibrator.diagnosis.limits import Fits, fits
+from calibrator.diagnosis.rivals import Rivals, pairs, rivals
 from calibrator.diagnosis.surfaces import Surfaces
 
 CANNOT_TELL, NO_GAP, AMBIGUOUS = "cannot tell", "no gap", "ambiguous"
+OUT_OF_BOUNDS = "out of bounds"
 NAMED, TWO_EFFECTS = "named", "two effects"
 UNKNOWN = "unknown"  # the verdict, and the explanation that nobody has thought of
 NONE = "none"  # the explanation without any effect
@@ -39,8 +39,10 @@ NONE = "none"  # the explanation without any effect
 class Rule:
     """Thresholds of the verdict; tests/campaigns/hidden/campaign.py measures what they lead to.
 
-    A gap is detected where p_effect or p_chi2 is below its level. A name needs one effect whose fit
-    is adequate, a posterior of at least `posterior`, no rival within `lead` of its deviance (6:
+    A gap is detected where p_effect or p_chi2 is below its level. Where parameters stand at their
+    bounds, the fit within them has to be adequate for there to be no gap, and one beyond them that
+    is adequate takes the place of any effect. A name needs one effect whose fit is adequate, a
+    posterior of at least `posterior`, no rival within `lead` of its deviance (6:
     twenty to one), an amplitude above `errors` standard errors and below `reach`, which is little
     beyond the 1.5 plausible sizes that were run, and a ghost probability below `ghost`. A control
     is never named, not even as one of a pair, as nothing could refute it. A pair has to lower the
@@ -88,16 +90,18 @@ class Linear:
 class Verdict:
     """What is printed, and what it rests on.
 
-    kind : "no gap", "named", "ambiguous", "two effects", "unknown" or "cannot tell"; effects : the
-    name, the pair, or the set that cannot be told apart; best : the fit of the named effect or
-    pair, None otherwise; held_out : probability of the data held out under what would be named, nan
-    where nothing would be or there are none.
+    kind : "no gap", "out of bounds", "named", "ambiguous", "two effects", "unknown" or "cannot
+    tell"; effects : the name, the pair, or the set that cannot be told apart; fits : the model as
+    it is, within its bounds and beyond; best : the fit of the named effect or pair, None otherwise;
+    held_out : probability of the data held out under what would be named, nan where nothing would
+    be or there are none.
     """
 
     kind: str
     effects: tuple[str, ...]
     picture: Linear
     detection: Detection
+    fits: Fits
     rivals: Rivals | None = None
     best: Explanation | None = None
     ghost: float = float("nan")
@@ -146,10 +150,16 @@ def judge(
     rule, measured = rule or Rule(), everything.only(used)
     picture = linear(surfaces, measured, effects, used)
     detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
+    found_fits = fits(surfaces, measured, effects, picture.none, used)
     if picture.project.degrees < FEWEST_DEGREES:
-        return Verdict(CANNOT_TELL, (), picture, detection)
-    if detection.p_effect >= rule.p_effect and detection.p_chi2 >= rule.p_chi2:
-        return Verdict(NO_GAP, (), picture, detection)
+        return Verdict(CANNOT_TELL, (), picture, detection, found_fits)
+    gap = detection.p_effect < rule.p_effect or detection.p_chi2 < rule.p_chi2
+    if found_fits.bounds and (
+        found_fits.p_wider >= rule.adequacy if gap else found_fits.p < rule.p_chi2
+    ):
+        return Verdict(OUT_OF_BOUNDS, (), picture, detection, found_fits)
+    if not gap:
+        return Verdict(NO_GAP, (), picture, detection, found_fits)
     found = rivals(surfaces, measured, effects, used)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
     evidence = _Evidence(surfaces, measured, effects, used, rule, found, ghost)
@@ -159,8 +169,20 @@ def judge(
         p = withstands(surfaces, everything, effects, best, used, held)
     if p < rule.held_out:
         kind, names, best = AMBIGUOUS, (*names, UNKNOWN), None
-    fits = {one.effects[0]: one.adequacy(surfaces.degrees) for one in found.single}
-    return Verdict(kind, names, picture, detection, found, best, ghost, p, evidence.weights, fits)
+    adequacy = {one.effects[0]: one.adequacy(surfaces.degrees) for one in found.single}
+    return Verdict(
+        kind,
+        names,
+        picture,
+        detection,
+        found_fits,
+        found,
+        best,
+        ghost,
+        p,
+        evidence.weights,
+        adequacy,
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,9 @@ from scipy.stats import chi2
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
-from calibrator.diagnosis.explanations import Effect, Explanation, Measured, rivals
+from calibrator.diagnosis.explanations import Effect, Explanation, Measured
 from calibrator.diagnosis.gap import Gap
+from calibrator.diagnosis.rivals import rivals
 from calibrator.diagnosis.surfaces import Surfaces
 from calibrator.diagnosis.verdict import Verdict, judge
 from calibrator.plan.design import sobol
