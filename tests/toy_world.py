@@ -84,5 +84,8 @@ class World:
             for _ in range(REPLICATES)
         ]
         return Measured(
-            np.mean(runs, axis=0), surfaces.noise / REPLICATES, np.full(COUNT, REPLICATES)
+            np.mean(runs, axis=0),
+            surfaces.noise / REPLICATES,
+            np.full(COUNT, REPLICATES),
+            np.zeros((COUNT, 0)),
         )

@@ -6,6 +6,7 @@ surfaces      response surfaces over parameters and effects
 gap           fingerprints, detection, chance
 explanations  the fit of the model as it is, or with effects
 rivals        all explanations side by side
+metrology     errors of the measurement as rivals of an effect
 limits        whether the model fits within its bounds
 verdict       what the evidence allows to say
 runs          carrying out the runs of a diagnosis

@@ -16,10 +16,12 @@ from calibrator.diagnosis.basis import CONFIRMED, diagnosis_basis
 from calibrator.diagnosis.confirm import Confirmation, confirm
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Location, ghost_shares, localise
 from calibrator.diagnosis.limits import Fits
+from calibrator.diagnosis.metrology import explaining_errors
 from calibrator.diagnosis.new_case import write_new_case
 from calibrator.diagnosis.outcome import (
     BoundedFit,
     Diagnosis,
+    ErrorSize,
     ExplanationRun,
     FingerprintTable,
     Ghosts,
@@ -30,7 +32,9 @@ from calibrator.diagnosis.sentence import sentence, too_few
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
     CANNOT_TELL,
+    MEASUREMENT,
     NAMED,
+    NO_GAP,
     TWO_EFFECTS,
     UNKNOWN,
     Linear,
@@ -100,6 +104,8 @@ def _found(
         fingerprint=diagnosis_basis(space.case, [*scene.records, *runs.records]),
         detection=verdict.detection,
         bounded=_bounded(space, verdict.fits),
+        errors=_errors(space, scene, verdict),
+        day_error=space.case.diagnosis.day_error,
         ghost_probability=finite(verdict.ghost),
         held_out_probability=finite(verdict.held_out),
         posterior=verdict.posterior,
@@ -135,6 +141,24 @@ def _bounded(space: Workspace, fits: Fits) -> BoundedFit:
     )
 
 
+def _errors(space: Workspace, scene: Scene, verdict: Verdict) -> tuple[ErrorSize, ...]:
+    """What each shared error of the measurement would have to be to explain the gap."""
+    if verdict.kind == NO_GAP:
+        return ()
+    picture, shared = verdict.picture, scene.measured.only(scene.used).shared
+    sizes = explaining_errors(picture.residual, shared, picture.project, scene.surfaces.degrees)
+    return tuple(
+        ErrorSize(
+            name=one.name,
+            unit=one.unit,
+            stated=one.error,
+            needed=finite(size.times * one.error),
+            p=size.p,
+        )
+        for one, size in zip(space.case.nuisances, sizes, strict=True)
+    )
+
+
 def _confirmed(
     verdict: Verdict, explanations: Sequence[ExplanationRun]
 ) -> tuple[str, tuple[str, ...]]:
@@ -157,7 +181,13 @@ def _confirmed(
 
 def _refutation(verdict: Verdict, explanations: Sequence[ExplanationRun]) -> list[str]:
     """A sentence where the data held out, or fresh runs, took a name back."""
-    names = " and ".join(effect_of(n).called for n in verdict.effects if n != UNKNOWN)
+    others = (UNKNOWN, MEASUREMENT)
+    names = " and ".join(effect_of(n).called for n in verdict.effects if n not in others)
+    if MEASUREMENT in verdict.effects:
+        return [
+            f"{names} explains the gap, but with shared errors of the measurement"
+            f" {Rule().shared:g} times as large as stated there is none: not named"
+        ]
     if verdict.best is None and not math.isnan(verdict.held_out):
         return [
             f"{names} explains the data used, but does not predict those held out (p ="

@@ -61,16 +61,22 @@ class Measured:
     values : means (n,) over replicates, each in its response's unit.
     covariance : of these (n, n): scatter, and errors of the metrology.
     replicates : number (n,) of measurements behind each mean.
+    shared : standard deviations (n, m) of m errors that several observables share, each with its
+        signs; the covariance holds them.
     """
 
     values: np.ndarray
     covariance: np.ndarray
     replicates: np.ndarray
+    shared: np.ndarray
 
     def only(self, kept: np.ndarray) -> Measured:
         """The observables at indices or where a mask is true."""
         return Measured(
-            self.values[kept], self.covariance[np.ix_(kept, kept)], self.replicates[kept]
+            self.values[kept],
+            self.covariance[np.ix_(kept, kept)],
+            self.replicates[kept],
+            self.shared[kept],
         )
 
 

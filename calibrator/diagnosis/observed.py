@@ -161,6 +161,7 @@ def measured(
     found: Surfaces,
     slopes: np.ndarray,
     effects: Sequence[Effect],
+    day_error: float,
 ) -> Measured:
     """The measurements with the covariance of all their errors.
 
@@ -168,7 +169,8 @@ def measured(
     plausible scale, for nuisances that are a small effect. The scatter of a few replicates is
     itself uncertain: where it is the smaller one, it is pooled with the simulation's. All
     observables of an experiment come from the same replicates, so their errors are taken to be
-    correlated as those of the simulation's runs.
+    correlated as those of the simulation's runs. Beside the scatter of replicates each day of an
+    experiment has an error that they share, of day_error times that scatter, and as correlated.
     """
     noise = found.noise
     seed_scatter = np.sqrt(np.diag(noise))
@@ -177,12 +179,13 @@ def measured(
         np.array([o.scatter for o in observables]),
         np.array([o.replicates for o in observables]),
     )
-    error = pooled_scatter(own, replicates, seed_scatter) / np.sqrt(replicates)
-    covariance = correlation * np.outer(error, error)
-    for nuisance in nuisances:
-        column = _nuisance_column(nuisance, observables, slopes, effects)
-        covariance = covariance + np.outer(column, column)
-    return Measured(np.array([o.value for o in observables]), covariance, replicates)
+    scatter, days = pooled_scatter(own, replicates, seed_scatter), [o.days for o in observables]
+    error, day = scatter / np.sqrt(replicates), day_error * scatter / np.sqrt(days)
+    covariance = correlation * (np.outer(error, error) + np.outer(day, day))
+    columns = [_nuisance_column(one, observables, slopes, effects) for one in nuisances]
+    shared = np.array(columns, float).reshape(-1, len(observables)).T
+    values = np.array([o.value for o in observables])
+    return Measured(values, covariance + shared @ shared.T, replicates, shared)
 
 
 def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarray) -> np.ndarray:

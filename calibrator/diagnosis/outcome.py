@@ -249,6 +249,36 @@ class BoundedFit:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ErrorSize:
+    """A shared error of the measurement, and how large it would have to be to explain the gap.
+
+    Attributes
+    ----------
+    name, unit : as in the table of nuisances.
+    stated : its standard deviation there.
+    needed : the size that explains the gap best, with its sign; None where it touches nothing used.
+    p : probability of what is then left.
+    """
+
+    name: str
+    unit: str
+    stated: float
+    needed: float | None
+    p: float
+
+    @property
+    def words(self) -> str:
+        """The size in words."""
+        if self.needed is None:
+            return self.name
+        unit = self.unit if self.unit == "%" else f" {self.unit}"
+        times = abs(self.needed) / self.stated
+        return (
+            f"{self.name} off by {abs(self.needed):.2g}{unit} ({times:.1f} times its stated error)"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """A verdict on a gap, and what it rests on.
 
@@ -265,6 +295,8 @@ class Diagnosis:
     fingerprint : of what all this was computed from.
     detection : the test for a gap.
     bounded : the fit of the model as it is within its bounds, and beyond them.
+    errors : shared errors of the measurement, and the size of each that would explain a gap.
+    day_error : of what the replicates of a day share, over the scatter of one, as it was allowed.
     ghost_probability : of a ghost library that explains as much as the best effect.
     held_out_probability : of the data held out, under what would be named.
     posterior : probability of no effect, each effect and the unknown one; none without a gap.
@@ -284,6 +316,8 @@ class Diagnosis:
     fingerprint: Fingerprint = field(default_factory=dict)
     detection: Detection | None = None
     bounded: BoundedFit | None = None
+    errors: tuple[ErrorSize, ...] = ()
+    day_error: float | None = None
     ghost_probability: float | None = None
     held_out_probability: float | None = None
     posterior: dict[str, float] = field(default_factory=dict)

@@ -7,8 +7,17 @@ import math
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Gap
 from calibrator.diagnosis.outcome import BoundedFit, Diagnosis, ExplanationRun
-from calibrator.diagnosis.verdict import AMBIGUOUS, NO_GAP, NONE, OUT_OF_BOUNDS, UNKNOWN
+from calibrator.diagnosis.verdict import (
+    AMBIGUOUS,
+    MEASUREMENT,
+    NO_GAP,
+    NONE,
+    OUT_OF_BOUNDS,
+    UNKNOWN,
+    Rule,
+)
 
+NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT)
 PLAUSIBLE = 3  # plausible sizes: an effect that is seen from more on only is not worth a mention
 
 
@@ -34,7 +43,7 @@ def sentence(found: Diagnosis) -> str:
     if found.verdict == NO_GAP:
         return (
             f"No gap: the model meets the measurements within their errors (p = {p:.2g})."
-            f" {_at_bounds(found)}{_could_have_seen(found)}"
+            f" {_at_bounds(found)}{_could_have_seen(found)}{_allowed(found)}"
         )
     if found.verdict == OUT_OF_BOUNDS:
         return _out_of_bounds(found.bounded)
@@ -46,13 +55,37 @@ def sentence(found: Diagnosis) -> str:
     )
     gap = f"Simulation and measurement disagree beyond every known error (p = {p:.2g}{place})"
     if found.explained:
-        return (
-            f"{gap}. {_named(found)} {_shrunk(found)} {_refuted(found)} {_at_bounds(found)}".strip()
-        )
+        told = (_named(found), _shrunk(found) + _errors(found), _refuted(found), _at_bounds(found))
+        return f"{gap}. {' '.join(told).strip()}"
     if found.verdict == AMBIGUOUS:
         names = " or ".join(_possible(name) for name in found.effects)
-        return f"{gap}; what explains it is ambiguous: {names}. {_next(found)}"
-    return f"{gap}, and no effect of the library explains it: unknown. {_next(found)}"
+        return f"{gap}; what explains it is ambiguous: {names}.{_errors(found)} {_next(found)}"
+    return (
+        f"{gap}, and no effect of the library explains it: unknown.{_errors(found)} {_next(found)}"
+    )
+
+
+def _errors(found: Diagnosis) -> str:
+    """Which errors of the measurement would explain the gap by themselves, and what was allowed."""
+    would = [one for one in found.errors if one.needed is not None and one.p >= Rule().adequacy]
+    would.sort(key=lambda one: abs(one.needed or 0.0) / one.stated)
+    said = ""
+    if would:
+        sizes = ", or ".join(one.words for one in would)
+        said = f" An error of the measurement would do it, too: {sizes}."
+    elif found.errors:
+        said = " No single error in the table of nuisances would do it."
+    return said + _allowed(found)
+
+
+def _allowed(found: Diagnosis) -> str:
+    """What errors that the replicates of a day share were allowed for."""
+    size = found.day_error
+    if size is None:
+        return ""
+    if size == 0:
+        return " No error is allowed for that the replicates of a day share (day_error = 0)."
+    return f" An error of each day of {size:g} replicate scatters is allowed for (day_error)."
 
 
 def _at_bounds(found: Diagnosis) -> str:
@@ -83,7 +116,11 @@ def _out_of_bounds(fit: BoundedFit | None) -> str:
 
 
 def _possible(name: str) -> str:
-    others = {NONE: "nothing", UNKNOWN: "something unknown"}
+    others = {
+        NONE: "nothing",
+        UNKNOWN: "something unknown",
+        MEASUREMENT: "errors of the measurement twice as large as stated",
+    }
     return others.get(name) or effect_of(name).called
 
 
@@ -164,5 +201,5 @@ def _refuted(found: Diagnosis) -> str:
 
 def _cures(found: Diagnosis) -> list[str]:
     """What removes the effects in question; some effects no laboratory can remove."""
-    named = [effect_of(name).removed_by for name in found.effects if name not in (NONE, UNKNOWN)]
+    named = [effect_of(n).removed_by for n in found.effects if n not in NO_EFFECTS]
     return [cure for cure in named if cure]

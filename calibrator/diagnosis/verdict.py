@@ -25,12 +25,14 @@ from calibrator.diagnosis.gap import (
     projection,
 )
 from calibrator.diagnosis.limits import Fits, fits
+from calibrator.diagnosis.metrology import with_larger_errors
 from calibrator.diagnosis.rivals import Rivals, pairs, rivals
 from calibrator.diagnosis.surfaces import Surfaces
 
 CANNOT_TELL, NO_GAP, AMBIGUOUS = "cannot tell", "no gap", "ambiguous"
 OUT_OF_BOUNDS = "out of bounds"
 NAMED, TWO_EFFECTS = "named", "two effects"
+MEASUREMENT = "error of measurement"  # an explanation that takes a name back
 UNKNOWN = "unknown"  # the verdict, and the explanation that nobody has thought of
 NONE = "none"  # the explanation without any effect
 
@@ -50,7 +52,8 @@ class Rule:
     like those, and as the best of some dozens of pairs it has to fit better, `pair_adequacy`; a
     second effect that lowers the deviance by `second` keeps the first from being the whole story.
     Whatever is named must predict the data held out: their probability under it is at least
-    `held_out`.
+    `held_out`. And the gap must be there still where every error that observables share is
+    `shared` times as large as stated.
     """
 
     p_effect: float = 0.03
@@ -69,6 +72,7 @@ class Rule:
     pair_lead: float = 4.6
     pair_adequacy: float = 0.1
     second: float = 12.0
+    shared: float = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +173,8 @@ def judge(
         p = withstands(surfaces, everything, effects, best, used, held)
     if p < rule.held_out:
         kind, names, best = AMBIGUOUS, (*names, UNKNOWN), None
+    if best is not None and not _outlasts_larger_errors(surfaces, measured, picture, rule, rng):
+        kind, names, best = AMBIGUOUS, (*names, MEASUREMENT), None
     adequacy = {one.effects[0]: one.adequacy(surfaces.degrees) for one in found.single}
     return Verdict(
         kind,
@@ -183,6 +189,21 @@ def judge(
         evidence.weights,
         adequacy,
     )
+
+
+def _outlasts_larger_errors(
+    surfaces: Surfaces, measured: Measured, picture: Linear, rule: Rule, rng: np.random.Generator
+) -> bool:
+    """Whether there is a gap still where shared errors are as much larger as the rule says."""
+    larger = with_larger_errors(measured, rule.shared)
+    covariance = picture.none.covariance + larger.covariance - measured.covariance
+    d = surfaces.dimensions
+    project = projection(covariance, picture.slopes[:, :d])
+    prints = fingerprints(
+        picture.prints.names, picture.prints.signs, picture.slopes[:, d:], project
+    )
+    found = detect(project(picture.none.residual), prints, surfaces.degrees, rng)
+    return found.p_effect < rule.p_effect or found.p_chi2 < rule.p_chi2
 
 
 @dataclass(frozen=True, eq=False)

@@ -101,7 +101,9 @@ def measurements(
         ),
         0.0,
     )
-    found_errors = observed.measured(reported, nuisances, judged.surfaces, slopes, judged.effects)
+    found_errors = observed.measured(
+        reported, nuisances, judged.surfaces, slopes, judged.effects, case.diagnosis.day_error
+    )
     return replace(found_errors, values=found_errors.values + shift)
 
 
