@@ -31,6 +31,7 @@ from calibrator.diagnosis.runs import Scene, prepare
 from calibrator.diagnosis.sentence import sentence, too_few
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
+    BEYOND,
     CANNOT_TELL,
     MEASUREMENT,
     NAMED,
@@ -122,7 +123,8 @@ def _found(
 def _bounded(space: Workspace, fits: Fits) -> BoundedFit:
     """The fit within the bounds and beyond, with parameters by name and in their units."""
     parameters = space.case.problem.parameters
-    values = ex.point(space.case, fits.wider)
+    unit = fits.wider.unit if fits.wider is not None else np.full(len(parameters), 0.5)
+    values = ex.point(space.case, unit)
     return BoundedFit(
         p=fits.p,
         p_wider=finite(fits.p_wider),
@@ -135,7 +137,7 @@ def _bounded(space: Workspace, fits: Fits) -> BoundedFit:
         beyond=tuple(
             f"{p.name} = {value:.3g} ({'above' if share > 1 else 'below'} its bounds {p.low:g} to"
             f" {p.high:g})"
-            for p, share, value in zip(parameters, fits.wider, values, strict=True)
+            for p, share, value in zip(parameters, unit, values, strict=True)
             if not 0 <= share <= 1
         ),
     )
@@ -181,8 +183,10 @@ def _confirmed(
 
 def _refutation(verdict: Verdict, explanations: Sequence[ExplanationRun]) -> list[str]:
     """A sentence where the data held out, or fresh runs, took a name back."""
-    others = (UNKNOWN, MEASUREMENT)
+    others = (UNKNOWN, MEASUREMENT, BEYOND)
     names = " and ".join(effect_of(n).called for n in verdict.effects if n not in others)
+    if BEYOND in verdict.effects:
+        return [f"{names} explains the gap, but so would parameters beyond their bounds: not named"]
     if MEASUREMENT in verdict.effects:
         return [
             f"{names} explains the gap, but with shared errors of the measurement"

@@ -41,15 +41,14 @@ class Fits:
     ----------
     p : probability of as large a chi2 within the bounds if the model is complete.
     bounds : parameters at a bound there.
-    p_wider : the same with the wider bounds, nan where no parameter is at a bound.
-    wider : best parameters (d,) then, as shares of their ranges; beyond 0 or 1 where one leaves its
-        own.
+    wider, p_wider : the fit with the wider bounds, and its probability; None and nan where no
+        parameter is at a bound.
     """
 
     p: float
     bounds: tuple[Bound, ...]
+    wider: Explanation | None
     p_wider: float
-    wider: np.ndarray
 
 
 def fits(
@@ -66,6 +65,6 @@ def fits(
     """
     p, bounds = none.adequacy(surfaces.degrees), at_bounds(none)
     if not bounds:
-        return Fits(p, (), float("nan"), none.unit)
+        return Fits(p, (), None, float("nan"))
     wider = explain(surfaces, measured, effects, kept=kept, box=surfaces.wider)
-    return Fits(p, bounds, wider.adequacy(surfaces.degrees), wider.unit)
+    return Fits(p, bounds, wider, wider.adequacy(surfaces.degrees))

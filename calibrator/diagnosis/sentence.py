@@ -9,6 +9,7 @@ from calibrator.diagnosis.gap import FEWEST_DEGREES, Gap
 from calibrator.diagnosis.outcome import BoundedFit, Diagnosis, ExplanationRun
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
+    BEYOND,
     MEASUREMENT,
     NO_GAP,
     NONE,
@@ -17,7 +18,7 @@ from calibrator.diagnosis.verdict import (
     Rule,
 )
 
-NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT)
+NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT, BEYOND)
 PLAUSIBLE = 3  # plausible sizes: an effect that is seen from more on only is not worth a mention
 
 
@@ -120,6 +121,7 @@ def _possible(name: str) -> str:
         NONE: "nothing",
         UNKNOWN: "something unknown",
         MEASUREMENT: "errors of the measurement twice as large as stated",
+        BEYOND: "parameters beyond their bounds",
     }
     return others.get(name) or effect_of(name).called
 

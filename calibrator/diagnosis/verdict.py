@@ -32,7 +32,8 @@ from calibrator.diagnosis.surfaces import Surfaces
 CANNOT_TELL, NO_GAP, AMBIGUOUS = "cannot tell", "no gap", "ambiguous"
 OUT_OF_BOUNDS = "out of bounds"
 NAMED, TWO_EFFECTS = "named", "two effects"
-MEASUREMENT = "error of measurement"  # an explanation that takes a name back
+# explanations that take a name back
+MEASUREMENT, BEYOND = "error of measurement", "parameters beyond their bounds"
 UNKNOWN = "unknown"  # the verdict, and the explanation that nobody has thought of
 NONE = "none"  # the explanation without any effect
 
@@ -43,7 +44,7 @@ class Rule:
 
     A gap is detected where p_effect or p_chi2 is below its level. Where parameters stand at their
     bounds, the fit within them has to be adequate for there to be no gap, and one beyond them that
-    is adequate takes the place of any effect. A name needs one effect whose fit is adequate, a
+    is adequate and as good as any effect's takes its place. A name needs one effect whose fit is adequate, a
     posterior of at least `posterior`, no rival within `lead` of its deviance (6:
     twenty to one), an amplitude above `errors` standard errors and below `reach`, which is little
     beyond the 1.5 plausible sizes that were run, and a ghost probability below `ghost`. A control
@@ -154,34 +155,37 @@ def judge(
     rule, measured = rule or Rule(), everything.only(used)
     picture = linear(surfaces, measured, effects, used)
     detection = detect(picture.residual, picture.prints, surfaces.degrees, rng)
-    found_fits = fits(surfaces, measured, effects, picture.none, used)
+    box = fits(surfaces, measured, effects, picture.none, used)
     if picture.project.degrees < FEWEST_DEGREES:
-        return Verdict(CANNOT_TELL, (), picture, detection, found_fits)
-    gap = detection.p_effect < rule.p_effect or detection.p_chi2 < rule.p_chi2
-    if found_fits.bounds and (
-        found_fits.p_wider >= rule.adequacy if gap else found_fits.p < rule.p_chi2
-    ):
-        return Verdict(OUT_OF_BOUNDS, (), picture, detection, found_fits)
-    if not gap:
-        return Verdict(NO_GAP, (), picture, detection, found_fits)
+        return Verdict(CANNOT_TELL, (), picture, detection, box)
+    if not _is_gap(detection, rule):
+        outside = bool(box.bounds) and box.p < rule.p_chi2
+        return Verdict(OUT_OF_BOUNDS if outside else NO_GAP, (), picture, detection, box)
     found = rivals(surfaces, measured, effects, used)
+    if _beats(box, rule, min(one.deviance for one in found.single)):
+        return Verdict(OUT_OF_BOUNDS, (), picture, detection, box)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
     evidence = _Evidence(surfaces, measured, effects, used, rule, found, ghost)
     kind, names, best = _explained(evidence)
-    p = float("nan")
-    if best is not None and len(held):
-        p = withstands(surfaces, everything, effects, best, used, held)
-    if p < rule.held_out:
-        kind, names, best = AMBIGUOUS, (*names, UNKNOWN), None
-    if best is not None and not _outlasts_larger_errors(surfaces, measured, picture, rule, rng):
-        kind, names, best = AMBIGUOUS, (*names, MEASUREMENT), None
+    p, rival = float("nan"), ""
+    if best is not None:
+        if len(held):
+            p = withstands(surfaces, everything, effects, best, used, held)
+        if p < rule.held_out:
+            rival = UNKNOWN
+        elif _beats(box, rule, best.deviance + rule.lead):
+            rival = BEYOND
+        elif not _outlasts_larger_errors(surfaces, measured, picture, rule, rng):
+            rival = MEASUREMENT
+    if rival:
+        kind, names, best = AMBIGUOUS, (*names, rival), None
     adequacy = {one.effects[0]: one.adequacy(surfaces.degrees) for one in found.single}
     return Verdict(
         kind,
         names,
         picture,
         detection,
-        found_fits,
+        box,
         found,
         best,
         ghost,
@@ -189,6 +193,15 @@ def judge(
         evidence.weights,
         adequacy,
     )
+
+
+def _is_gap(found: Detection, rule: Rule) -> bool:
+    return found.p_effect < rule.p_effect or found.p_chi2 < rule.p_chi2
+
+
+def _beats(box: Fits, rule: Rule, deviance: float) -> bool:
+    """Whether the model with wider bounds is adequate, and of no higher deviance than this."""
+    return box.wider is not None and box.p_wider >= rule.adequacy and box.wider.deviance <= deviance
 
 
 def _outlasts_larger_errors(
@@ -203,7 +216,7 @@ def _outlasts_larger_errors(
         picture.prints.names, picture.prints.signs, picture.slopes[:, d:], project
     )
     found = detect(project(picture.none.residual), prints, surfaces.degrees, rng)
-    return found.p_effect < rule.p_effect or found.p_chi2 < rule.p_chi2
+    return _is_gap(found, rule)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from calibrator.diagnosis.outcome import (
     ObservableRow,
     Power,
 )
-from calibrator.diagnosis.verdict import MEASUREMENT, NONE, UNKNOWN, Rule
+from calibrator.diagnosis.verdict import BEYOND, MEASUREMENT, NONE, UNKNOWN, Rule
 from calibrator.files import write_text
 from calibrator.report.figures import diagnosis as plots
 from calibrator.report.html import Album, note, page, paragraph, section, table
@@ -204,5 +204,6 @@ def _words(name: str) -> str:
         NONE: "nothing missing",
         UNKNOWN: "something else",
         MEASUREMENT: "an error of the measurement",
+        BEYOND: "parameters beyond their bounds",
     }
     return others.get(name) or effect_of(name).called

@@ -34,7 +34,7 @@ def test_a_truth_outside_the_box_is_neither_no_gap_nor_an_effect(world, surfaces
         assert v.fits.p < 0.01 <= v.fits.p_wider
         assert {b.parameter: b.upper for b in v.fits.bounds}.items() & out.items()
         for i, upper in out.items():
-            assert (v.fits.wider[i] > 1) if upper else (v.fits.wider[i] < 0)
+            assert (v.fits.wider.unit[i] > 1) if upper else (v.fits.wider.unit[i] < 0)
 
 
 @pytest.mark.parametrize("corner", [(0.0, 0.5), (1.0, 1.0), (0.03, 0.97)])
