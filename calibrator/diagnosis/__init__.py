@@ -8,6 +8,7 @@ explanations  the fit of the model as it is, or with effects
 rivals        all explanations side by side
 metrology     errors of the measurement as rivals of an effect
 limits        whether the model fits within its bounds
+rule          the thresholds of a verdict
 verdict       what the evidence allows to say
 runs          carrying out the runs of a diagnosis
 basis         what an outcome was computed from, as a fingerprint

@@ -27,6 +27,7 @@ from calibrator.diagnosis.outcome import (
     Ghosts,
 )
 from calibrator.diagnosis.preflight import powers, rows_of
+from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.runs import Scene, prepare
 from calibrator.diagnosis.sentence import sentence, too_few
 from calibrator.diagnosis.verdict import (
@@ -39,7 +40,6 @@ from calibrator.diagnosis.verdict import (
     TWO_EFFECTS,
     UNKNOWN,
     Linear,
-    Rule,
     Verdict,
     judge,
 )
@@ -168,17 +168,40 @@ def _confirmed(
 
     A name with which the gap does not shrink is none. Nor is one whose runs do not meet the
     measurements: the surfaces of a wrong effect can bend where no run has been made. Nor one all of
-    whose runs of an experiment failed, which left it out of the explanations. That the gap shrinks
-    is asked on the data used only: those held out may show none to begin with, and then grow by
-    chance.
+    whose runs of an experiment failed, which left it out of the explanations. On data held out,
+    which may show no gap to begin with, it may grow by chance, but not far beyond the noise.
     """
     if verdict.kind not in (NAMED, TWO_EFFECTS):
         return verdict.kind, verdict.effects
-    before, *others = explanations
-    run = next((one for one in others if one.effects == verdict.effects), None)
-    if run is None or run.gap_used >= before.gap_used or run.fresh_probability < Rule().adequacy:
+    run = next((one for one in explanations[1:] if one.effects == verdict.effects), None)
+    if run is None or _contradicted(explanations[0], run):
         return AMBIGUOUS, (*verdict.effects, UNKNOWN)
     return verdict.kind, verdict.effects
+
+
+def _contradicted(before: ExplanationRun, run: ExplanationRun) -> str:
+    """What fresh runs of an explanation say against it, "" if nothing.
+
+    before : the fresh runs of the model as it is.
+    """
+    rule, held = Rule(), before.gap_held_out
+    if run.fresh_probability < rule.adequacy:
+        return f"do not meet the measurements (p = {run.fresh_probability:.2g})"
+    if run.scatter_probability < rule.scatter:
+        return (
+            f"scatter more in {run.most_scattered} than replicates of the laboratory do (p ="
+            f" {run.scatter_probability:.2g}), as where one heap stands and the next falls"
+        )
+    if run.gap_used >= before.gap_used:
+        return "do not make the gap smaller"
+    after = run.gap_held_out
+    if (
+        held is not None
+        and after is not None
+        and after > max(held, rule.grown * run.floor_held_out)
+    ):
+        return f"make the gap on data held out larger ({held:.1f} -> {after:.1f} standard errors)"
+    return ""
 
 
 def _refutation(verdict: Verdict, explanations: Sequence[ExplanationRun]) -> list[str]:
@@ -200,8 +223,8 @@ def _refutation(verdict: Verdict, explanations: Sequence[ExplanationRun]) -> lis
     kept = _confirmed(verdict, explanations) == (verdict.kind, verdict.effects)
     if verdict.best is None or kept:
         return []
-    p = [one.fresh_probability for one in explanations if one.effects == verdict.effects]
-    missed = f"do not meet the measurements (p = {p[0]:.2g})" if p else "did not all come to an end"
+    runs = [one for one in explanations[1:] if one.effects == verdict.effects]
+    missed = _contradicted(explanations[0], runs[0]) if runs else "did not all come to an end"
     return [
         f"{names} explains the surfaces' view of the data, but its runs on YADE {missed}: not named"
     ]

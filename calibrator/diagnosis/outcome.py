@@ -171,6 +171,8 @@ class ExplanationRun:
     amplitudes : of the added effects, by column.
     chi2, deviance, degrees, adequacy : of the fit to the surfaces; adequacy is its probability.
     fresh_probability : of fresh runs that miss the measurements by as much as these do.
+    most_scattered, scatter_probability : the observable whose fresh runs scatter most for what
+        replicates of the laboratory do, and the probability of as much.
     gap_used, gap_held_out : root mean square residual of the fresh runs, in standard errors, of the
         data used and held out; None where none are.
     floor_used, floor_held_out : what noise alone would leave of these.
@@ -184,6 +186,8 @@ class ExplanationRun:
     degrees: int
     adequacy: float
     fresh_probability: float
+    most_scattered: str
+    scatter_probability: float
     gap_used: float
     floor_used: float
     gap_held_out: float | None

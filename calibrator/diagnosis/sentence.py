@@ -7,6 +7,7 @@ import math
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Gap
 from calibrator.diagnosis.outcome import BoundedFit, Diagnosis, ExplanationRun
+from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
     BEYOND,
@@ -15,7 +16,6 @@ from calibrator.diagnosis.verdict import (
     NONE,
     OUT_OF_BOUNDS,
     UNKNOWN,
-    Rule,
 )
 
 NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT, BEYOND)
@@ -175,7 +175,7 @@ def _digits(error: float | None) -> str:
 def _shrunk(found: Diagnosis) -> str:
     texts = []
     for gap, words in _gaps(*found.explanations[:2]):
-        closed = "" if math.isnan(gap.closed) else f", {gap.closed:.0%} closed"
+        closed = f", {gap.closed:.0%} closed" if gap.closed >= 0 else ""
         texts.append(
             f"{gap.before:.1f} -> {gap.after:.1f} {words} (noise alone {gap.floor:.1f}{closed})"
         )

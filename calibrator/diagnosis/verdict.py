@@ -27,6 +27,7 @@ from calibrator.diagnosis.gap import (
 from calibrator.diagnosis.limits import Fits, fits
 from calibrator.diagnosis.metrology import with_larger_errors
 from calibrator.diagnosis.rivals import Rivals, pairs, rivals
+from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.surfaces import Surfaces
 
 CANNOT_TELL, NO_GAP, AMBIGUOUS = "cannot tell", "no gap", "ambiguous"
@@ -36,44 +37,6 @@ NAMED, TWO_EFFECTS = "named", "two effects"
 MEASUREMENT, BEYOND = "error of measurement", "parameters beyond their bounds"
 UNKNOWN = "unknown"  # the verdict, and the explanation that nobody has thought of
 NONE = "none"  # the explanation without any effect
-
-
-@dataclass(frozen=True)
-class Rule:
-    """Thresholds of the verdict; tests/campaigns/hidden/campaign.py measures what they lead to.
-
-    A gap is detected where p_effect or p_chi2 is below its level. Where parameters stand at their
-    bounds, the fit within them has to be adequate for there to be no gap, and one beyond them that
-    is adequate and as good as any effect's takes its place. A name needs one effect whose fit is adequate, a
-    posterior of at least `posterior`, no rival within `lead` of its deviance (6:
-    twenty to one), an amplitude above `errors` standard errors and below `reach`, which is little
-    beyond the 1.5 plausible sizes that were run, and a ghost probability below `ghost`. A control
-    is never named, not even as one of a pair, as nothing could refute it. A pair has to lower the
-    deviance by `pair_gain` for each effect, and to lead other pairs by `pair_lead`, with amplitudes
-    like those, and as the best of some dozens of pairs it has to fit better, `pair_adequacy`; a
-    second effect that lowers the deviance by `second` keeps the first from being the whole story.
-    Whatever is named must predict the data held out: their probability under it is at least
-    `held_out`. And the gap must be there still where every error that observables share is
-    `shared` times as large as stated.
-    """
-
-    p_effect: float = 0.03
-    p_chi2: float = 0.01
-    adequacy: float = 0.02
-    posterior: float = 0.9
-    lead: float = 6.0
-    errors: float = 2.0
-    reach: float = 1.75
-    ghost: float = 0.25
-    ghost_of_few: float = 0.05
-    few: int = 10
-    coverage: float = 0.95
-    held_out: float = 0.02
-    pair_gain: float = 9.0
-    pair_lead: float = 4.6
-    pair_adequacy: float = 0.1
-    second: float = 12.0
-    shared: float = 2.0
 
 
 @dataclass(frozen=True, eq=False)

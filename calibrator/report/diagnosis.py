@@ -16,7 +16,8 @@ from calibrator.diagnosis.outcome import (
     ObservableRow,
     Power,
 )
-from calibrator.diagnosis.verdict import BEYOND, MEASUREMENT, NONE, UNKNOWN, Rule
+from calibrator.diagnosis.rule import Rule
+from calibrator.diagnosis.verdict import BEYOND, MEASUREMENT, NONE, UNKNOWN
 from calibrator.files import write_text
 from calibrator.report.figures import diagnosis as plots
 from calibrator.report.html import Album, note, page, paragraph, section, table

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from calibrator.diagnosis.explanations import explain
-from calibrator.diagnosis.verdict import Rule, judge, withstands
+from calibrator.diagnosis.rule import Rule
+from calibrator.diagnosis.verdict import judge, withstands
 from tests.toy_world import COUNT, EFFECTS, World
 
 ALL = np.arange(COUNT)
