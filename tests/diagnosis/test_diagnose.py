@@ -244,3 +244,13 @@ def test_too_few_runs_of_one_experiment_are_refused_before_any_is_made(
     with pytest.raises(CalibratorError, match="ledge@dried 20 runs, below 23"):
         diagnose(space)
     assert not (space.path / "calls.txt").exists()
+
+
+def test_a_laboratory_outside_the_box_is_told_to_widen_it_and_gets_no_name(space):
+    here = space(rolling_friction=0.6)
+    found = diagnose(here)
+    assert (found.verdict, found.effects) == ("out of bounds", ())
+    assert found.bounded.p < 0.01
+    assert any(text.startswith("rolling_friction at its upper") for text in found.bounded.at_bounds)
+    assert "rolling_friction" in found.sentence and "widen the bounds" in found.sentence
+    assert "widen the bounds" in Path(write_diagnosis(here, found)).read_text()
