@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -31,6 +30,7 @@ from calibrator.diagnosis.verdict import (
     Verdict,
     judge,
 )
+from calibrator.errors import CalibratorError
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Report, Workspace, silent
 from calibrator.threads import on_one_thread
@@ -55,9 +55,9 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> Di
         return space.note("diagnose", found)
     runs = confirm(space, scene, verdict, yes, report)
     found = _found(space, scene, verdict, runs, rng)
-    new_case = _new_case(space, scene, verdict) if found.verdict == NAMED else ""
-    following = space.command("run", Path(new_case)) if new_case else ""
-    said = replace(found, sentence=sentence(found), new_case=new_case, following=following)
+    if found.verdict == NAMED:
+        found = _with_new_case(found, space, scene, verdict)
+    said = replace(found, sentence=sentence(found))
     return space.note("diagnose", said)
 
 
@@ -173,11 +173,14 @@ def _ghosts(picture: Linear, rng: np.random.Generator) -> Ghosts:
     )
 
 
-def _new_case(space: Workspace, scene: Scene, verdict: Verdict) -> str:
-    """Write the case with the named effect among its parameters; returns its path."""
-    if verdict.best is None:
-        return ""
+def _with_new_case(found: Diagnosis, space: Workspace, scene: Scene, verdict: Verdict) -> Diagnosis:
+    """The outcome with the case written that has the named effect among its parameters."""
+    assert verdict.best is not None
     (name,) = verdict.effects
     index = [e.name for e in scene.effects].index(name)
     size, error = verdict.best.amplitude[index], verdict.best.amplitude_error[index]
-    return str(write_new_case(space, scene.effects[index], float(size), float(error)))
+    try:
+        path = write_new_case(space, scene.effects[index], float(size), float(error))
+    except CalibratorError as refusal:  # as where the effect was seen under conditions alone
+        return replace(found, notes=(*found.notes, f"the case with {name} needs you: {refusal}"))
+    return replace(found, new_case=str(path), following=space.command("run", path))
