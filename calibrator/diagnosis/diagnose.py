@@ -182,5 +182,6 @@ def _with_new_case(found: Diagnosis, space: Workspace, scene: Scene, verdict: Ve
     try:
         path = write_new_case(space, scene.effects[index], float(size), float(error))
     except CalibratorError as refusal:  # as where the effect was seen under conditions alone
-        return replace(found, notes=(*found.notes, f"the case with {name} needs you: {refusal}"))
+        note = f"the case with {name}, in with_effect/, cannot be used as it is: {refusal}"
+        return replace(found, notes=(*found.notes, note))
     return replace(found, new_case=str(path), following=space.command("run", path))

@@ -85,7 +85,7 @@ def not_looked_for(case: Case) -> dict[str, str]:
         what = f"{effect_of(name).called} ({name}) is not looked for"
         if name in known:
             found[name] = f"{what}: it is {known[name]}"
-        elif rival := next((other for other in known if _apart(name, other)), ""):
+        elif rival := next((other for other in known if never_together(name, other)), ""):
             found[name] = f"{what}: it cannot stand beside {rival}, which is {known[rival]}"
     return found
 
@@ -95,7 +95,7 @@ def _switched_on(values: Mapping[str, Value]) -> list[str]:
     return [n for n, v in values.items() if n in EFFECTS and v != EFFECTS[n].default]
 
 
-def _apart(one: str, other: str) -> bool:
+def never_together(one: str, other: str) -> bool:
     """Whether the scripts cannot combine two effects."""
     return one in effect_of(other).excludes or other in effect_of(one).excludes
 
@@ -234,7 +234,7 @@ def effects_in(experiment: Experiment, effects: Sequence[Effect]) -> list[Effect
 
 def _shows(experiment: Experiment, effect: str) -> bool:
     known = effect in parameters_of(experiment.setup) and effect not in experiment.values
-    return known and not any(_apart(effect, one) for one in _switched_on(experiment.values))
+    return known and not any(never_together(effect, one) for one in _switched_on(experiment.values))
 
 
 def parameters_in(case: Case, experiment: Experiment) -> list[str]:

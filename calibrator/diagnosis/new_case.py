@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.lab import WITH_CONDITION, Observable
+from calibrator.case.lab import NUISANCES, WITH_CONDITION, Observable
 from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import EFFECTS, RESPONSES, effect_of, parameters_of
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Effect
-from calibrator.diagnosis.runs import enough_sets
+from calibrator.diagnosis.runs import enough_sets, require_diagnosable
 from calibrator.errors import CalibratorError
 from calibrator.files import read_text, write_text
 from calibrator.responses.coordinates import OWN_SCALE
@@ -51,10 +50,8 @@ def write_new_case(space: Workspace, effect: Effect, size: float, error: float) 
     rows = [_as_target(one, [*case.problem.names, effect.name]) for one in case.observables]
     _write_lab(folder / f"{name}_lab.csv", rows, case)
     tables["measured"] = f"{name}_lab.csv"
-    if case.diagnosis.nuisances:
-        nuisances = case.path.parent / case.diagnosis.nuisances
-        shutil.copyfile(nuisances, folder / f"{name}_nuisances.csv")
-        tables["diagnosis"]["nuisances"] = f"{name}_nuisances.csv"
+    if tables.get("diagnosis", {}).pop("nuisances", ""):
+        gone += _write_nuisances(tables, folder / f"{name}_nuisances.csv", case, effect.name)
     _enlarge_plan(tables, case, rows)
     path, head = folder / f"{name}.toml", _head(case, effect, gone, rows)
     _write(path, head, tables)
@@ -62,6 +59,8 @@ def write_new_case(space: Workspace, effect: Effect, size: float, error: float) 
     if (sets := enough_sets(new, new.observables)) > new.diagnosis.sets:
         tables.setdefault("diagnosis", {})["sets"] = sets
         _write(path, head, tables)
+        new = read_case(path)
+    require_diagnosable(new, new.observables)
     return path
 
 
@@ -97,6 +96,25 @@ def _write_lab(path: Path, rows: Sequence[Observable], case: Case) -> None:
         numbers = f"{one.value!r},{scatter},{one.replicates},{RESPONSES[one.response].unit}"
         lines.append(f"{one.setup},{one.condition},{one.response},{numbers},{one.role}")
     write_text(path, "\n".join(lines) + "\n")
+
+
+def _write_nuisances(tables: Table, path: Path, case: Case, effect: str) -> list[str]:
+    """The table of nuisances without those that cannot stand beside the effect.
+
+    No run could say what these do. Returns them in words.
+    """
+    gone = [n for n in case.nuisances if n.effect and ex.never_together(n.effect, effect)]
+    if kept := [n for n in case.nuisances if n not in gone]:
+        lines = [",".join(NUISANCES)]
+        lines += [f"{_cell(n.name)},{_cell(n.observables)},{n.error!r},{n.unit}" for n in kept]
+        write_text(path, "\n".join(lines) + "\n")
+        tables["diagnosis"]["nuisances"] = path.name
+    return [f"nuisance {n.name}, {n.observables}" for n in gone]
+
+
+def _cell(text: str) -> str:
+    """A cell of a table, as it can be read again with a separator or a quotation mark in it."""
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',;\t"#') else text
 
 
 def _enlarge_plan(tables: Table, case: Case, rows: Sequence[Observable]) -> None:
