@@ -14,6 +14,7 @@ from calibrator.case.vocabulary import EFFECTS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
 MOST_RUNS = 1_000_000  # of a plan; a slip of the pen is refused before it fills the memory
+MOST_SETS = 1000  # of a diagnosis
 ADAPTIVE_REPLICATED = 2  # sets of an adaptive design's start: enough to pool the seed noise from
 MOST_EVALUATIONS = 10**9  # of a search, likewise
 
@@ -301,7 +302,7 @@ class Diagnosis:
         require_within(
             "diagnosis",
             self,
-            sets=(4, 1000),
+            sets=(4, MOST_SETS),
             replicates=(1, 99),
             effect_sets=(4, 1000),
             verify_replicates=(2, 99),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from calibrator.diagnosis.outcome import (
 )
 from calibrator.diagnosis.preflight import powers, rows_of
 from calibrator.diagnosis.rule import Rule
-from calibrator.diagnosis.runs import Scene, prepare
+from calibrator.diagnosis.runs import Scene, nuisances, prepare
 from calibrator.diagnosis.sentence import sentence, too_few
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
@@ -43,6 +42,7 @@ from calibrator.diagnosis.verdict import (
     Verdict,
     judge,
 )
+from calibrator.errors import CalibratorError
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Report, Workspace, silent
 from calibrator.threads import on_one_thread
@@ -67,9 +67,9 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> Di
         return space.note("diagnose", found)
     runs = confirm(space, scene, verdict, yes, report)
     found = _found(space, scene, verdict, runs, rng)
-    new_case = _new_case(space, scene, verdict) if found.verdict == NAMED else ""
-    following = space.command("run", Path(new_case)) if new_case else ""
-    said = replace(found, sentence=sentence(found), new_case=new_case, following=following)
+    if found.verdict == NAMED:
+        found = _with_new_case(found, space, scene, verdict)
+    said = replace(found, sentence=sentence(found))
     return space.note("diagnose", said)
 
 
@@ -157,7 +157,7 @@ def _errors(space: Workspace, scene: Scene, verdict: Verdict) -> tuple[ErrorSize
             needed=finite(size.times * one.error),
             p=size.p,
         )
-        for one, size in zip(space.case.nuisances, sizes, strict=True)
+        for one, size in zip(nuisances(space.case), sizes, strict=True)
     )
 
 
@@ -260,11 +260,15 @@ def _ghosts(picture: Linear, rng: np.random.Generator) -> Ghosts:
     )
 
 
-def _new_case(space: Workspace, scene: Scene, verdict: Verdict) -> str:
-    """Write the case with the named effect among its parameters; returns its path."""
-    if verdict.best is None:
-        return ""
+def _with_new_case(found: Diagnosis, space: Workspace, scene: Scene, verdict: Verdict) -> Diagnosis:
+    """The outcome with the case written that has the named effect among its parameters."""
+    assert verdict.best is not None
     (name,) = verdict.effects
     index = [e.name for e in scene.effects].index(name)
     size, error = verdict.best.amplitude[index], verdict.best.amplitude_error[index]
-    return str(write_new_case(space, scene.effects[index], float(size), float(error)))
+    try:
+        path = write_new_case(space, scene.effects[index], float(size), float(error))
+    except CalibratorError as refusal:  # as where the effect was seen under conditions alone
+        note = f"the case with {name}, in with_effect/, cannot be used as it is: {refusal}"
+        return replace(found, notes=(*found.notes, note))
+    return replace(found, new_case=str(path), following=space.command("run", path))

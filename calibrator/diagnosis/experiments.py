@@ -1,8 +1,13 @@
-"""The experiments of a diagnosis: what was measured where, and the runs that imitate it."""
+"""The experiments of a diagnosis: what was measured where, and the runs that imitate it.
+
+What the case says of an effect is known, and not looked for: a calibrated column is a parameter
+like any other, and one that is fixed off its default is part of the model. What a condition sets is
+fixed in its experiment alone, which then knows neither that parameter nor that effect.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,9 +44,11 @@ class Experiment:
 
 
 def library(case: Case) -> list[Effect]:
-    """The effects that the case looks for."""
+    """The effects that the case looks for, those left out of which it says what they are."""
     found = []
     for name in case.diagnosis.effects:
+        if name in not_looked_for(case):
+            continue
         quantity = EFFECTS[name]
         effect = effect_of(name)
         assert (
@@ -62,6 +69,35 @@ def library(case: Case) -> list[Effect]:
             )
         )
     return found
+
+
+def not_looked_for(case: Case) -> dict[str, str]:
+    """Effects of the case's library that it says the size of, or that cannot stand beside such.
+
+    By name, with a sentence.
+    """
+    problem, known = case.problem, dict[str, str]()
+    for own in (problem.fixed, *problem.setups.values()):
+        known |= dict.fromkeys(_switched_on(own), "fixed")
+    known |= dict.fromkeys((name for name in problem.names if name in EFFECTS), "calibrated")
+    found = {}
+    for name in case.diagnosis.effects:
+        what = f"{effect_of(name).called} ({name}) is not looked for"
+        if name in known:
+            found[name] = f"{what}: it is {known[name]}"
+        elif rival := next((other for other in known if never_together(name, other)), ""):
+            found[name] = f"{what}: it cannot stand beside {rival}, which is {known[rival]}"
+    return found
+
+
+def _switched_on(values: Mapping[str, Value]) -> list[str]:
+    """The effects among these values that are not at their default."""
+    return [n for n, v in values.items() if n in EFFECTS and v != EFFECTS[n].default]
+
+
+def never_together(one: str, other: str) -> bool:
+    """Whether the scripts cannot combine two effects."""
+    return one in effect_of(other).excludes or other in effect_of(one).excludes
 
 
 def experiments(case: Case, observables: Sequence[Observable]) -> list[Experiment]:
@@ -156,11 +192,10 @@ def request(
 ) -> Request:
     """One run of an experiment at parameters (d,), with effects by column.
 
-    Effects that the set-up does not know are left out.
+    Effects that the experiment does not show are left out.
     """
-    return make_request(
-        case, experiment.setup, point, seed, {**(effects or {}), **experiment.values}
-    )
+    added = {name: size for name, size in (effects or {}).items() if _shows(experiment, name)}
+    return make_request(case, experiment.setup, point, seed, {**added, **experiment.values})
 
 
 def plain_requests(
@@ -191,13 +226,47 @@ def change_requests(
 def effects_in(experiment: Experiment, effects: Sequence[Effect]) -> list[Effect]:
     """The effects that an experiment can show.
 
-    Those that its set-up knows and that are not held at a value, as moisture is by drying.
+    Those that its set-up knows, that are not held at a value, as moisture is by drying, and that
+    can be combined with what its condition has.
     """
-    return [
-        e
-        for e in effects
-        if e.name in parameters_of(experiment.setup) and e.name not in experiment.values
-    ]
+    return [e for e in effects if _shows(experiment, e.name)]
+
+
+def _shows(experiment: Experiment, effect: str) -> bool:
+    known = effect in parameters_of(experiment.setup) and effect not in experiment.values
+    return known and not any(never_together(effect, one) for one in _switched_on(experiment.values))
+
+
+def parameters_in(case: Case, experiment: Experiment) -> list[str]:
+    """The calibrated parameters that an experiment has: its set-up's but for its condition's."""
+    return [n for n in case.problem.seen_by(experiment.setup) if n not in experiment.values]
+
+
+def units(case: Case, experiment: Experiment, requests: Iterable[Request]) -> np.ndarray:
+    """Parameters (n, d) of an experiment's runs as shares of their ranges, on their scales.
+
+    One that the experiment does not have stands in the middle: it moves nothing there.
+    """
+    runs, seen = list(requests), parameters_in(case, experiment)
+    found = np.full((len(runs), len(case.problem.names)), 0.5)
+    for i, parameter in enumerate(case.problem.parameters):
+        if parameter.name in seen:
+            values = np.array([float(r.value(parameter.name)) for r in runs])
+            found[:, i] = parameter.shares_of(values)
+    return found
+
+
+def amplitudes(
+    experiment: Experiment, effects: Sequence[Effect], requests: Iterable[Request]
+) -> np.ndarray:
+    """Amplitudes (n, k) of an experiment's runs, in plausible scales; 0 of what it cannot show."""
+    runs, shown = list(requests), effects_in(experiment, effects)
+    found = np.zeros((len(runs), len(effects)))
+    for k, effect in enumerate(effects):
+        if effect in shown:
+            sizes = np.array([float(r.value(effect.name)) for r in runs])
+            found[:, k] = (sizes - float(EFFECTS[effect.name].default or 0.0)) / effect.scale
+    return found
 
 
 def _changes(

@@ -120,7 +120,7 @@ class Fingerprints:
         Zero where the sign is wrong.
         """
         along = residuals @ self.directions
-        wrong = (along < 0) & np.array([s == "+" for s in self.signs])
+        wrong = (along < 0) & np.array([s == "+" for s in self.signs], bool)
         return np.asarray(np.where(wrong, 0.0, along**2))
 
     @property

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import tomllib
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.vocabulary import EFFECTS, effect_of
+from calibrator.case.lab import NUISANCES, WITH_CONDITION, Observable
+from calibrator.case.toml import read_case
+from calibrator.case.vocabulary import EFFECTS, RESPONSES, effect_of, parameters_of
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Effect
-from calibrator.diagnosis.surfaces import fewest_runs
+from calibrator.diagnosis.runs import enough_sets, require_diagnosable
+from calibrator.errors import CalibratorError
 from calibrator.files import read_text, write_text
+from calibrator.responses.coordinates import OWN_SCALE
 from calibrator.runs.workspace import Workspace
 
 LONGEST_NAME = 64  # of a case
@@ -28,9 +33,11 @@ def write_new_case(space: Workspace, effect: Effect, size: float, error: float) 
     """Write the case with an effect among its parameters, beside copies of the files that it names.
 
     size, error : amplitude and standard error in plausible scales; the parameter's bounds are three
-    errors away, at least half of the size. The tables are written anew from what they say, so that
-    comments are lost. Left out are shipped runs and a known truth, which know nothing of the
-    effect. Returns the path of the new case.
+    errors away, at least half of the size. Every row that was measured for the diagnosis and that a
+    calibration can use is a target of the new case, so that the size rests on all of them. The
+    tables are written anew from what they say, so that comments are lost. Left out are shipped runs
+    and a known truth, which know nothing of the effect. Returns the path of the new case. Raises
+    CalibratorError where it could not be used as it is.
     """
     case, folder = space.case, space.folder("with_effect")
     ending = f"_with_{effect.name}"
@@ -40,23 +47,85 @@ def write_new_case(space: Workspace, effect: Effect, size: float, error: float) 
     gone = _without_effect(tables, effect.name)
     tables["name"] = name
     tables.setdefault("parameters", {})[effect.name] = {"low": low, "high": high}
-    tables["measured"] = _copied(case.measured, folder / f"{name}_lab.csv")
-    if case.diagnosis.nuisances:
-        nuisances = case.path.parent / case.diagnosis.nuisances
-        copy = _copied(nuisances, folder / f"{name}_nuisances.csv")
-        tables["diagnosis"]["nuisances"] = copy
-    if (sets := _sets(case)) > case.diagnosis.sets:
+    rows = [_as_target(one, [*case.problem.names, effect.name]) for one in case.observables]
+    _write_lab(folder / f"{name}_lab.csv", rows, case)
+    tables["measured"] = f"{name}_lab.csv"
+    if tables.get("diagnosis", {}).pop("nuisances", ""):
+        gone += _write_nuisances(tables, folder / f"{name}_nuisances.csv", case, effect.name)
+    _enlarge_plan(tables, case, rows)
+    path, head = folder / f"{name}.toml", _head(case, effect, gone, rows)
+    _write(path, head, tables)
+    new = read_case(path)
+    if (sets := enough_sets(new, new.observables)) > new.diagnosis.sets:
         tables.setdefault("diagnosis", {})["sets"] = sets
-    path = folder / f"{name}.toml"
-    write_text(path, "\n".join([*_head(case, effect, gone), "", *_lines(tables)]) + "\n")
+        _write(path, head, tables)
+        new = read_case(path)
+    require_diagnosable(new, new.observables)
     return path
 
 
-def _sets(case: Case) -> int:
-    """Sets that a diagnosis needs where there is one parameter more."""
-    parameters, effects = len(case.problem.names) + 1, len(case.diagnosis.effects)
-    changed = fewest_runs(parameters, effects) - effects * case.diagnosis.effect_sets
-    return max(fewest_runs(parameters, 0), changed)
+def _write(path: Path, head: Sequence[str], tables: Table) -> None:
+    write_text(path, "\n".join([*head, "", *_lines(tables)]) + "\n")
+
+
+def _as_target(one: Observable, parameters: Sequence[str]) -> Observable:
+    """A row of the diagnosis as one to calibrate, if it can be that; others stay as they are.
+
+    A calibration knows no conditions, a set-up that has none of the parameters says nothing of
+    them, and a value of zero needs a scatter to be met within.
+    """
+    moved = parameters_of(one.setup).keys() & set(parameters)
+    if one.role != "diagnose" or one.condition or not moved:
+        return one
+    try:
+        return replace(one, role="calibrate")
+    except CalibratorError:
+        return one
+
+
+def _write_lab(path: Path, rows: Sequence[Observable], case: Case) -> None:
+    """The lab file with these rows, and with a note of those whose role is another one."""
+    before = {one.key: one.role for one in case.observables}
+    changed = [one.key for one in rows if one.role != before[one.key]]
+    lines = [f"# {len(rows)} rows, as in {case.measured.name} but for roles."]
+    if changed:
+        lines.append(f"# Role diagnose there, calibrate here: {', '.join(changed)}.")
+    lines.append(",".join(WITH_CONDITION))
+    for one in rows:
+        scatter = repr(one.scatter) if one.scatter else ""
+        numbers = f"{one.value!r},{scatter},{one.replicates},{RESPONSES[one.response].unit}"
+        lines.append(f"{one.setup},{one.condition},{one.response},{numbers},{one.role}")
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def _write_nuisances(tables: Table, path: Path, case: Case, effect: str) -> list[str]:
+    """The table of nuisances without those that cannot stand beside the effect.
+
+    No run could say what these do. Returns them in words.
+    """
+    gone = [n for n in case.nuisances if n.effect and ex.never_together(n.effect, effect)]
+    if kept := [n for n in case.nuisances if n not in gone]:
+        lines = [",".join(NUISANCES)]
+        lines += [f"{_cell(n.name)},{_cell(n.observables)},{n.error!r},{n.unit}" for n in kept]
+        write_text(path, "\n".join(lines) + "\n")
+        tables["diagnosis"]["nuisances"] = path.name
+    return [f"nuisance {n.name}, {n.observables}" for n in gone]
+
+
+def _cell(text: str) -> str:
+    """A cell of a table, as it can be read again with a separator or a quotation mark in it."""
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',;\t"#') else text
+
+
+def _enlarge_plan(tables: Table, case: Case, rows: Sequence[Observable]) -> None:
+    """Let a plan have what one parameter and perhaps some set-ups more ask for at least."""
+    plan, fewest = tables.get("plan", {}), len(case.problem.names) + 3
+    if plan.get("sets", fewest) < fewest:
+        plan["sets"] = fewest  # an interpolant takes two sets more than parameters
+    if case.plan.design == "adaptive":
+        setups = len({one.setup for one in rows if one.role == "calibrate"})
+        # of all set-ups together
+        plan["most_runs"] = case.plan.most_runs * setups // len(case.problem.calibration_setups)
 
 
 def _bounds(effect: Effect, size: float, error: float) -> tuple[float, float]:
@@ -71,29 +140,30 @@ def _bounds(effect: Effect, size: float, error: float) -> tuple[float, float]:
 def _without_effect(tables: Table, name: str) -> list[str]:
     """Take out of the tables what cannot stand beside the effect as a parameter, and stale runs.
 
-    Returns the places where a value of the effect was fixed, with the value.
+    Returns the places where something else stood, with what it was.
     """
     tables.pop("truth_file", None)
     for section in WITH_RUNS:
         tables.get(section, {}).pop("shipped", None)
     setups = tables.get("setups", {})
     places = {"fixed": tables.get("fixed", {}), **{f"setups.{s}": own for s, own in setups.items()}}
-    return [
+    gone = [
         f"{place}.{name} = {_value(own.pop(name))}" for place, own in places.items() if name in own
     ]
+    if name in OWN_SCALE and tables.get("interpolation", {}).pop("similarity", False):
+        gone.append("interpolation.similarity = true")
+    return gone
 
 
-def _copied(source: Path, target: Path) -> str:
-    shutil.copyfile(source, target)
-    return target.name
-
-
-def _head(case: Case, effect: Effect, gone: list[str]) -> list[str]:
+def _head(case: Case, effect: Effect, gone: Sequence[str], rows: Sequence[Observable]) -> list[str]:
     called = effect_of(effect.name).called
+    targets = sum(one.role == "calibrate" for one in rows)
     return [
         f"# The case {case.name} with {called}, which a diagnosis named.",
         f"# Added: [parameters.{effect.name}].",
         *(f"# Taken out: {place}." for place in gone),
+        f"# Targets: {targets} of {len(rows)} rows, {len(case.problem.targets)} before; the lab"
+        " file says which.",
     ]
 
 

@@ -4,47 +4,25 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.lab import Nuisance, Observable
-from calibrator.case.vocabulary import EFFECTS, PARAMETERS
-from calibrator.diagnosis.experiments import Experiment
+from calibrator.case.vocabulary import PARAMETERS
+from calibrator.diagnosis.experiments import Experiment, amplitudes, units
 from calibrator.diagnosis.explanations import Effect, Measured
 from calibrator.diagnosis.gap import repeated
 from calibrator.diagnosis.surfaces import Surfaces, fit_surfaces
 from calibrator.errors import CalibratorError
-from calibrator.responses.table import points_of
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 
 # weight of the simulation's scatter beside that of a few replicates in the laboratory
 PRIOR_DEGREES = 4
 ROOM = 0.5  # shares of a range by which a fit may leave it to see whether the box is too small
-
-
-def units(case: Case, requests: Iterable[Request]) -> np.ndarray:
-    """Parameters (n, d) of the runs as shares of their ranges, on each parameter's scale.
-
-    One that the runs' set-up does not take stands in the middle: it moves nothing there.
-    """
-    shares = case.problem.shares_of(points_of(case.problem, list(requests)))
-    return np.asarray(np.nan_to_num(shares, nan=0.5))
-
-
-def amplitudes(effects: Sequence[Effect], requests: Iterable[Request]) -> np.ndarray:
-    """Amplitudes (n, k) of the runs, in plausible scales."""
-    rows = [
-        [
-            (float(r.value(e.name)) - float(EFFECTS[e.name].default or 0.0)) / e.scale
-            for e in effects
-        ]
-        for r in requests
-    ]
-    return np.array(rows, float).reshape(-1, len(effects))
 
 
 def surfaces(
@@ -61,9 +39,13 @@ def surfaces(
     good = [complete(e, records) for e, records in zip(found, plain, strict=True)]
     good_changes = [complete(e, records) for e, records in zip(found, changes, strict=True)]
     return fit_surfaces(
-        [(units(case, _requests(r)), values_of(e, r)) for e, r in zip(found, good, strict=True)],
+        [(units(case, e, _requests(r)), values_of(e, r)) for e, r in zip(found, good, strict=True)],
         [
-            (units(case, _requests(r)), amplitudes(effects, _requests(r)), values_of(e, r))
+            (
+                units(case, e, _requests(r)),
+                amplitudes(e, effects, _requests(r)),
+                values_of(e, r),
+            )
             for e, r in zip(found, good_changes, strict=True)
         ],
         [e.name for e in found],

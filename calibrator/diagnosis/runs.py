@@ -9,13 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.lab import Observable
+from calibrator.case.lab import Nuisance, Observable
+from calibrator.case.settings import MOST_SETS
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.explanations import Effect, Measured
-from calibrator.diagnosis.surfaces import Surfaces, fewest_runs
-from calibrator.errors import CalibratorError
+from calibrator.diagnosis.surfaces import Surfaces, enough_runs, plain_terms
+from calibrator.errors import Mistakes
 from calibrator.plan.design import sobol
+from calibrator.runs import setups
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -102,7 +104,7 @@ def prepare(
     part. Raises CalibratorError where the runs are too few, or beyond the budget unless `yes`.
     """
     case, plan = space.case, asked(space.case, observables)
-    require_enough(case, plan)
+    require_diagnosable(case, observables)
     records = carried_out(space, plan.requests, yes, report)
     Database(records.values()).write(space.folder() / "diagnosis.csv", made_by(space, "diagnose"))
     own, changed = by_experiment(records, plan.plain), by_experiment(records, plan.changes)
@@ -114,6 +116,7 @@ def prepare(
         ordered = [replace(o, value=float(v)) for o, v in zip(ordered, values, strict=True)]
     slopes = surfaces.jacobian(centre, none)[:, surfaces.dimensions :]
     kept, notes = observed.distinct(ordered, surfaces)
+    notes += ex.not_looked_for(case).values()
     for e, *two in zip(plan.experiments, own, changed, strict=True):
         notes += observed.left_out(e, [*two[0], *two[1]])
     return Scene(
@@ -122,7 +125,7 @@ def prepare(
         ordered,
         surfaces,
         observed.measured(
-            ordered, case.nuisances, surfaces, slopes, plan.effects, case.diagnosis.day_error
+            ordered, nuisances(case), surfaces, slopes, plan.effects, case.diagnosis.day_error
         ),
         used=np.array([i for i in kept if ordered[i].role != "held_out"], int),
         held=np.array([i for i, o in enumerate(ordered) if o.role == "held_out"], int),
@@ -131,25 +134,70 @@ def prepare(
     )
 
 
-def require_enough(case: Case, plan: Asked) -> None:
-    """Raise CalibratorError where the runs are too few for the surfaces, before any is made.
+def nuisances(case: Case) -> list[Nuisance]:
+    """The errors that observables share; a small amount of a calibrated effect is none.
 
-    So also for a nuisance that none of the effects stands for.
+    The parameter takes it up.
     """
-    parameters, names = len(case.problem.names), [e.name for e in plan.effects]
-    for nuisance in case.nuisances:
-        observed.require_effect(nuisance, names)
+    return [n for n in case.nuisances if n.effect not in case.problem.names]
+
+
+def require_diagnosable(case: Case, observables: Sequence[Observable]) -> None:
+    """Raise CalibratorError with all that stands against a diagnosis, before any run is made."""
+    plan, mistakes = asked(case, observables), Mistakes()
+    names, known = [e.name for e in plan.effects], ex.not_looked_for(case)
+    for nuisance in nuisances(case):
+        if nuisance.effect in known:
+            words = f"{known[nuisance.effect]}, so that no run says what a small one does"
+            mistakes.note([f"nuisance {nuisance.name}: {words}; take that row out"])
+            continue
+        with mistakes.noted():
+            observed.require_effect(nuisance, names)
     for e, own, changed in zip(plan.experiments, plan.plain, plan.changes, strict=True):
-        if len(own) < (least := fewest_runs(parameters, 0)):
-            raise CalibratorError(
-                f"diagnosis.sets x replicates gives {e.name} {len(own)} runs, below {least}: raise"
-                " one of them"
-            )
-        if len(changed) < (least := fewest_runs(parameters, len(ex.effects_in(e, plan.effects)))):
-            raise CalibratorError(
-                f"diagnosis.sets + effects x effect_sets gives {e.name} {len(changed)} runs, below"
-                f" {least}: raise one of them"
-            )
+        for request in (*own, *changed):
+            reasons = setups.impossible(request.setup, setups.numbers(request))
+            mistakes.note(f"{e.name}: {reason}" for reason in reasons)
+    if few := _too_few(case, plan):
+        sets = enough_sets(case, observables)
+        mistakes.note(
+            [
+                f"diagnosis.sets = {case.diagnosis.sets} is too few for the response surfaces of"
+                f" {', '.join(few)}: raise it to {sets}"
+                if sets <= MOST_SETS
+                else f"{len(case.problem.names)} parameters and {len(names)} effects are too many"
+                f" for the response surfaces of {', '.join(few)}: fix some, or look for fewer"
+            ]
+        )
+    mistakes.raise_any()
+
+
+def enough_sets(case: Case, observables: Sequence[Observable]) -> int:
+    """The fewest `diagnosis.sets`, not below the case's own, through which all surfaces can go.
+
+    More than MOST_SETS where there are none. Runs that fail are not reckoned with.
+    """
+    seen = [len(ex.parameters_in(case, e)) for e in ex.experiments(case, observables)]
+    sets = max(case.diagnosis.sets, plain_terms(max(seen)))
+    while sets <= MOST_SETS:
+        more = replace(case, diagnosis=replace(case.diagnosis, sets=sets))
+        if not _too_few(more, asked(more, observables)):
+            return sets
+        sets += 1
+    return sets
+
+
+def _too_few(case: Case, plan: Asked) -> list[str]:
+    """Names of the experiments whose planned runs cannot make their surfaces."""
+    found = []
+    for e, own, changed in zip(plan.experiments, plan.plain, plan.changes, strict=True):
+        none = np.zeros((len(own), len(plan.effects)))
+        sizes = ex.amplitudes(e, plan.effects, changed)
+        if not (
+            enough_runs(ex.units(case, e, own), none)
+            and enough_runs(ex.units(case, e, changed), sizes)
+        ):
+            found.append(e.name)
+    return found
 
 
 def carried_out(

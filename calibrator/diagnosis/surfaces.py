@@ -21,6 +21,7 @@ from calibrator.errors import CalibratorError
 BENDING = 0.5
 SMALLEST_EFFECT = 0.1  # in scatters of a run: keeps the ridge of an effect that does nothing finite
 SPARE_RUNS = 8  # more than terms: the seed noise is estimated from these degrees of freedom
+WORST_CONDITION = 1e10  # of the normal equations of a design whose terms are told apart
 
 
 def terms(units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
@@ -44,10 +45,24 @@ def plain_terms(parameters: int) -> int:
     return 1 + parameters + parameters * (parameters + 1) // 2
 
 
-def fewest_runs(parameters: int, effects: int) -> int:
-    """Runs of one experiment that the surfaces of so many parameters and effects need at least."""
-    regressors = terms(np.zeros((1, parameters)), np.zeros((1, effects)))
-    return int(regressors.shape[1]) + SPARE_RUNS
+def enough_runs(units: np.ndarray, amplitudes: np.ndarray) -> bool:
+    """Whether runs at units (m, d) with amplitudes (m, k), all finished, make a surface.
+
+    They are enough for the terms that they move, and tell those apart that no ridge holds.
+    """
+    design, (d, k) = terms(units, amplitudes), (units.shape[1], amplitudes.shape[1])
+    used = _moved(design)
+    firm = np.r_[np.arange(plain_terms(d)), plain_terms(d) + (2 + d) * np.arange(k)]
+    columns = design[:, firm[used[firm]]]
+    told_apart = np.linalg.cond(columns.T @ columns) <= WORST_CONDITION
+    return len(design) - int(used.sum()) >= SPARE_RUNS and bool(told_apart)
+
+
+def _moved(design: np.ndarray) -> np.ndarray:
+    """Which columns (p,) of a design differ between the runs, the constant among them."""
+    used = np.asarray(np.ptp(design, axis=0) > 0)
+    used[0] = True
+    return used
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +94,7 @@ class Surface:
         are too few runs for the terms, or the runs do not tell them apart.
         """
         design = terms(units, amplitudes)
-        used = np.ptp(design, axis=0) > 0
-        used[0] = True
+        used = _moved(design)
         spare = len(design) - int(used.sum())
         if spare < SPARE_RUNS:
             raise CalibratorError(
@@ -92,7 +106,7 @@ class Surface:
             design[:, used],
             _penalty(design, values, units.shape[1], amplitudes.shape[1])[used],
         )
-        if np.linalg.cond(columns.T @ columns + np.diag(penalty)) > 1e10:
+        if np.linalg.cond(columns.T @ columns + np.diag(penalty)) > WORST_CONDITION:
             raise CalibratorError(
                 f"the runs of {name or 'an experiment'} do not tell its terms apart: add sets to"
                 " [diagnosis]"

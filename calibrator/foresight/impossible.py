@@ -8,7 +8,7 @@ from calibrator.case.case import Case
 from calibrator.case.problem import known
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.diagnosis.experiments import wanted
-from calibrator.diagnosis.runs import asked, require_enough
+from calibrator.diagnosis.runs import require_diagnosable
 from calibrator.errors import CalibratorError, Mistakes
 from calibrator.foresight.values import CALIBRATED, Values, corners
 from calibrator.plan.requests import design_points
@@ -33,7 +33,7 @@ def require_possible(case: Case, values: dict[str, Values]) -> None:
         _require_interpolable(case, mistakes)
     if wanted(case):
         with mistakes.noted():
-            _require_diagnosable(case, mistakes)
+            require_diagnosable(case, case.observables)
     mistakes.raise_any()
 
 
@@ -85,12 +85,3 @@ def _require_interpolable(case: Case, mistakes: Mistakes) -> None:
             require_points(response, len(np.unique(points[:, own], axis=0)), len(own))
         except CalibratorError as error:
             mistakes.note([f"as planned, {error}; change {key}"])
-
-
-def _require_diagnosable(case: Case, mistakes: Mistakes) -> None:
-    """Note, or raise, what stands against a diagnosis before any of its runs is made."""
-    plan = asked(case, case.observables)
-    for request in plan.requests:
-        for reason in setups.impossible(request.setup, setups.numbers(request)):
-            mistakes.note([f"a run of the diagnosis on {request.setup}: {reason}"])
-    require_enough(case, plan)

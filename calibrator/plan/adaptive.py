@@ -17,14 +17,13 @@ import numpy as np
 
 from calibrator.case.problem import Problem, Target
 from calibrator.errors import CalibratorError
+from calibrator.plan.out_of_reach import SAMPLE, least_bad, shortfall
 from calibrator.responses.box import refined, sample_of
 from calibrator.responses.fit import fit_responses
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.objectives import OBJECTIVES
 from calibrator.responses.success import Success
-from calibrator.responses.targets import bands, chances, log_within, met
-
-SAMPLE = 2**12  # points of the box that are looked at before the best is refined
+from calibrator.responses.targets import bands, log_within, met, standing_in
 
 # Of the range: a proposal this close to a run set repeats that set, which tells the seed noise from
 # the surface.
@@ -32,6 +31,9 @@ NEAR = 0.02
 
 # Standard errors: enough after tries around the least bad set, and enough at once.
 SHORT, FAR_SHORT = 2.0, 6.0
+MISSED = 2.0  # standard errors of the mean of a set's own runs, beyond its band: it is left alone
+# Of the runs that confirm a set: as many and no verdict, as at the very edge of a band, are enough.
+MOST_ROUNDS = 4
 AROUND = 0.1  # of the range: runs this close to the least bad set count as tries to do better there
 
 
@@ -111,12 +113,14 @@ def propose(
     confirmed = _confirmed(problem, interpolant, points, values, settings)
     if confirmed is not None:
         return confirmed
-    best, chance = most_likely(problem, interpolant, settings.replicates, success)
+    tried = _tried(problem, interpolant, points, values, settings)
+    best, chance = most_likely(problem, interpolant, settings.replicates, success, tried)
     best = _existing(problem, points, best)
     if left < 1:
         words = f"the budget of {settings.budget} runs is used, and no set is confirmed"
         return Proposal("budget", _no_points(problem), best, chance, words)
-    stuck = _unreachable(problem, interpolant, points, best, chance, settings, success)
+    closed = bool(_closed(problem, best[None], success.failed, tried)[0])
+    stuck = _unreachable(problem, interpolant, points, best, chance, settings, success, closed)
     return stuck or _next_runs(best, chance, settings, left)
 
 
@@ -165,6 +169,32 @@ def _confirmed(
     return None
 
 
+def _tried(
+    problem: Problem,
+    interpolant: Interpolant,
+    points: np.ndarray,
+    values: np.ndarray,
+    settings: Settings,
+) -> np.ndarray:
+    """Sets (k, d) not to be run again: their own runs miss a band, or are many without a verdict.
+
+    The processes alone do not tell: where they smooth over a set's mean, or claim little, its
+    chance stays what it is however often it is run.
+    """
+    wanted, found = np.array([t.value for t in problem.targets]), []
+    band = bands(problem.targets, interpolant.noise, settings.replicates)
+    noise = standing_in(problem.targets, interpolant.noise)
+    for one in np.unique(points, axis=0):
+        own = values[(points == one).all(axis=1)]
+        own = own[np.isfinite(own).all(axis=1)]
+        if len(own) >= settings.replicates:
+            beyond = np.abs(own.mean(axis=0) - wanted) - band
+            missed = (beyond > MISSED * noise / math.sqrt(len(own))).any()
+            if missed or len(own) >= MOST_ROUNDS * settings.replicates:
+                found.append(one)
+    return np.array(found).reshape(-1, len(problem.names))
+
+
 def _unreachable(
     problem: Problem,
     interpolant: Interpolant,
@@ -173,15 +203,21 @@ def _unreachable(
     chance: float,
     settings: Settings,
     success: Success,
+    closed: bool,
 ) -> Proposal | None:
-    """The end of a design whose targets stay out of reach after enough tries around best (d,)."""
+    """The end of a design whose targets stay out of reach after enough tries around best (d,).
+
+    So also where that is closed, as all sets are then.
+    """
     around = int((_distance(problem, points, best) <= AROUND).sum())
     short = shortfall(problem, interpolant, success)
-    if not (short > FAR_SHORT or (short > SHORT and around >= settings.patience)):
+    if not (closed or short > FAR_SHORT or (short > SHORT and around >= settings.patience)):
         return None
     least, off = least_bad(problem, interpolant, settings.replicates, success)
     where = "" if success.certain else " where runs succeed"
     words = f"the targets cannot be met together{where}, by {short:.1f} standard errors: {off}"
+    if closed:
+        words = f"no set is left that is not near one whose runs failed or missed: {off}"
     return Proposal("unreachable", _no_points(problem), least, chance, words)
 
 
@@ -243,24 +279,32 @@ def is_met(targets: Sequence[Target], values: np.ndarray, noise: np.ndarray) -> 
 
 
 def most_likely(
-    problem: Problem, interpolant: Interpolant, replicates: int, success: Success
+    problem: Problem,
+    interpolant: Interpolant,
+    replicates: int,
+    success: Success,
+    tried: np.ndarray,
 ) -> tuple[np.ndarray, float]:
-    """The set (d,) most likely to be confirmed, and that probability.
+    """The set (d,) most likely to be confirmed, and that probability; 0 where none is left.
 
-    Its runs have to succeed for that. Among those of the sample whose probability is within a tenth
-    of the highest, the cheapest by the paper's O2.
+    Its runs have to succeed for that, and its noise-free responses to lie within the bands: runs
+    may pass by luck where they do not, as often as they are tried, and confirm nothing. It is away
+    from sets whose runs failed, and from those tried (k, d). Among those of the sample whose
+    probability is within a tenth of the highest, the cheapest by the paper's O2.
     """
     rng = np.random.default_rng(1)
+    band = bands(problem.targets, interpolant.noise, replicates)
 
     def loss(candidates: np.ndarray) -> np.ndarray:
         mean, error = interpolant.predict_with_error(candidates)
-        found = -chances(problem.targets, mean, error, interpolant.noise, replicates)
+        found = -log_within(problem.targets, mean, error, band)
         found -= np.log(np.maximum(success.probability(candidates), 1e-300))
         # beyond any loss, and yet the nearest of these is the least where there is no other
         unlikely = 1e300 * success.shortfall(candidates)
-        return np.where(_near_any(problem, candidates, success.failed), np.inf, found + unlikely)
+        closed = _closed(problem, candidates, success.failed, tried)
+        return np.where(closed, np.inf, found + unlikely)
 
-    sample = success.among(sample_of(problem, SAMPLE, rng))
+    sample = sample_of(problem, SAMPLE, rng)
     best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
     sample = np.concatenate([sample, best[None]])
     losses = loss(sample)
@@ -270,43 +314,12 @@ def most_likely(
     return sample[chosen], math.exp(-losses[chosen])
 
 
-def _near_any(problem: Problem, candidates: np.ndarray, failed: np.ndarray) -> np.ndarray:
-    """Which candidates (k,) lie near a set whose runs failed, one of failed (f, d)."""
-    near = np.zeros(len(candidates), bool)
-    for one in failed:
-        near |= _distance(problem, candidates, one) <= 2 * NEAR
-    return near
-
-
-def least_bad(
-    problem: Problem, interpolant: Interpolant, replicates: int, success: Success
-) -> tuple[np.ndarray, str]:
-    """The set (d,) whose worst target is missed by least, and by how much, in words.
-
-    It is one that is likely to run. A target's unit is its band.
-    """
-    rng, values = np.random.default_rng(3), np.array([t.value for t in problem.targets])
-    band = bands(problem.targets, interpolant.noise, replicates)
-
-    def loss(candidates: np.ndarray) -> np.ndarray:
-        off = (np.abs(interpolant.predict(candidates) - values) / band).max(axis=1)
-        return np.where(success.shortfall(candidates) > 0, np.inf, off)
-
-    sample = success.among(sample_of(problem, SAMPLE, rng))
-    best = refined(loss, sample[np.argmin(loss(sample))], problem, rng)
-    off = interpolant.predict(best[None])[0] - values
-    worst = int(np.argmax(np.abs(off) / band))
-    target = problem.targets[worst]
-    return best, f"{target.key} stays {off[worst] / target.scale:+.1%} off at the least bad set"
-
-
-def shortfall(problem: Problem, interpolant: Interpolant, success: Success) -> float:
-    """How many standard errors of the processes the worst target stays outside its band.
-
-    At the best set of a sample that is likely to run, and as if runs had no seed noise.
-    """
-    sample = success.among(sample_of(problem, SAMPLE, np.random.default_rng(2)))
-    mean, error = interpolant.predict_with_error(sample)
-    band = bands(problem.targets, np.zeros(mean.shape[1]), 1)
-    outside = np.abs(mean - [t.value for t in problem.targets]) - band
-    return float((outside / np.maximum(error, 1e-300)).max(axis=1).min())
+def _closed(
+    problem: Problem, candidates: np.ndarray, failed: np.ndarray, tried: np.ndarray
+) -> np.ndarray:
+    """Which candidates (k,) lie near a set whose runs failed (f, d), or at one tried (t, d)."""
+    closed = np.zeros(len(candidates), bool)
+    for sets, distance in ((failed, 2 * NEAR), (tried, NEAR)):
+        for one in sets:
+            closed |= _distance(problem, candidates, one) <= distance
+    return closed

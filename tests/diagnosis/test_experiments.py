@@ -8,7 +8,6 @@ import pytest
 from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import EFFECTS
 from calibrator.diagnosis import experiments as ex
-from calibrator.diagnosis import observed
 from tests.toy_laboratory import NUISANCES, SMALL, lab
 
 REPO = Path(__file__).resolve().parents[2]
@@ -40,10 +39,10 @@ def test_every_amplitude_of_an_effect_is_run_on_both_sides_of_every_parameter():
     )
     asked = ex.change_requests(case, found, effects, points)[0]
     for k, effect in enumerate(effects):
-        own = [r for r in asked if abs(observed.amplitudes(effects, [r])[0, k]) > 0]
+        own = [r for r in asked if abs(ex.amplitudes(found[0], effects, [r])[0, k]) > 0]
         assert len(own) == case.diagnosis.effect_sets
-        sides = observed.units(case, own) > 0.5
-        sizes = observed.amplitudes(effects, own)[:, k].round(9)
+        sides = ex.units(case, found[0], own) > 0.5
+        sizes = ex.amplitudes(found[0], effects, own)[:, k].round(9)
         for size in set(abs(sizes)):
             assert (
                 {True, False}

@@ -125,7 +125,7 @@ def test_a_response_that_no_run_has_is_named_with_its_set_up(write_case, tmp_pat
         (
             ("sets = 12\nreplicates = 2", "sets = 4\nreplicates = 1"),
             NUISANCES,
-            "gives hourglass 4 runs, below 18",
+            r"diagnosis.sets = 4 is too few .*: raise it to 18",
         ),
         (("neck_diameter = 0.016", "neck_diameter = 0.001"), NUISANCES, "@wide_neck: neck_diamet"),
         (
@@ -133,15 +133,9 @@ def test_a_response_that_no_run_has_is_named_with_its_set_up(write_case, tmp_pat
             NUISANCES.replace("effect:bed_viscosity,1e-6,Pa s", "effect:tilt_deg,0.1,deg"),
             "nuisance neck is a small tilt_deg, which diagnosis.effects lacks",
         ),
-        (
-            ('effects = ["bond_number"', 'effects = ["clump_aspect", "bond_number"'),
-            NUISANCES,
-            "clump_aspect and size_spread cannot be combined",
-        ),
     ],
 )
 def test_what_a_diagnosis_would_refuse_is_refused(checked, tmp_path, change, nuisances, why):
     (tmp_path / "nuisances.csv").write_text(nuisances)
-    spread = [("[fixed]", "[fixed]\nsize_spread = 0.1")] * ("clump" in why)
     with pytest.raises(CalibratorError, match=why):
-        checked(SMALL, change, *spread, lab=lab(conditions=True))
+        checked(SMALL, change, lab=lab(conditions=True))

@@ -5,10 +5,14 @@ from math import erf, sqrt
 import numpy as np
 import pytest
 
+from benchmarks.peers.runs_needed import CASE
+from benchmarks.peers.trial import Surface, reachable_trial
 from calibrator.case.problem import Parameter, Problem, Target
-from calibrator.plan.adaptive import Settings, bands, chances, is_met, propose
+from calibrator.case.toml import read_case
+from calibrator.plan.adaptive import MOST_ROUNDS, NEAR, Settings, bands, is_met, propose
 from calibrator.plan.design import sobol
 from calibrator.responses.success import Success
+from calibrator.responses.targets import chances
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 
@@ -134,3 +138,54 @@ def test_a_response_that_no_run_has_is_not_met():
     own = problem([1600.0, 35.0])
     assert is_met(own.targets, np.array([[1600.0, 35.0]]), NOISE)
     assert not is_met(own.targets, np.array([[1600.0, np.nan]]), NOISE)
+
+
+@pytest.fixture(scope="module")
+def surface():
+    case = read_case(CASE)
+    return Surface.of(case, case.shipped)
+
+
+@pytest.mark.parametrize("seed", [25, 61])
+def test_no_set_is_run_for_ever(surface, seed):
+    """Of 60 seeds these ran one set 159 of 200 times, without an end, and 27 of 33 times.
+
+    The processes knew that the first would not do; the runs that confirm it might have passed by
+    luck all the same.
+    """
+    trial = reachable_trial(surface, 2, seed)
+    own, settings = trial.problem, Settings(budget=60)
+    points = np.repeat(sobol(own, 5), [3, 3, 1, 1, 1], axis=0)
+    values = trial.run(points)
+    while not (proposal := propose(own, points, values, settings)).stops:
+        points = np.vstack([points, proposal.points])
+        values = np.vstack([values, trial.run(proposal.points)])
+    _, runs = np.unique(points, axis=0, return_counts=True)
+    assert runs.max() < (MOST_ROUNDS + 1) * settings.replicates
+    assert proposal.kind == "confirmed" and trial.meets(proposal.recommended)
+
+
+@pytest.mark.parametrize("how", ["missed", "undecided"])
+def test_a_set_that_was_run_enough_is_not_run_again(how):
+    own = problem(respond(np.array([[0.17, 0.62]]))[0])
+    points = np.repeat(sobol(own, 8), 3, axis=0)
+    values = respond(points) + NOISE * np.random.default_rng(6).standard_normal((24, 2))
+    best = propose(own, points, values, SIXTY).recommended
+    band = bands(own.targets, NOISE, 3)
+    runs, off = (3, 2.0) if how == "missed" else (3 * MOST_ROUNDS, 1.0)
+    seen = np.array([t.value for t in own.targets]) + off * band * [0, 1]
+    points = np.vstack([points, np.repeat(best[None], runs, axis=0)])
+    values = np.vstack([values, np.repeat(seen[None], runs, axis=0)])
+    after = propose(own, points, values, SIXTY)
+    widths = [p.high - p.low for p in own.parameters]
+    assert after.kind in ("explore", "confirm")
+    assert np.abs((after.points - best) / widths).max(axis=1).min() > NEAR
+
+
+def test_a_design_ends_where_every_set_left_is_near_a_failed_one():
+    one = Problem(FRICTIONS[:1], (Target(*KEYS[1].split("."), 30.0, tolerance=0.005),), fixed={})
+    good = np.linspace(0.1, 0.5, 5)[:, None]
+    failed = np.linspace(0.1, 0.5, 51)[:, None]
+    values = 22 + 25 * np.tanh(2 * good)
+    last = propose(one, good, values, SIXTY, success=outcomes(one, good, failed))
+    assert last.kind == "unreachable" and "no set is left" in last.sentence
