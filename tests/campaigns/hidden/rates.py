@@ -261,7 +261,7 @@ def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
     picture = linear(judged.surfaces, measured, judged.effects, judged.used)
     return [
         {**vars(own), "strong": AMPLITUDES["strong"] * own.scale}
-        for own in powers(judged.effects, picture)
+        for own in powers(judged.effects, picture, judged.surfaces, judged.used)
     ]
 
 
