@@ -3,6 +3,7 @@
     python -m benchmarks.peers.runs_needed                    40 minutes; pip fetches the peers
     python -m benchmarks.peers.runs_needed --quick            two seeds, prints only: a smoke test
     python -m benchmarks.peers.runs_needed --seeds 8          fewer seeds than 20
+    python -m benchmarks.peers.runs_needed --kept O.jsonl     goes on from the outcomes in a file
     python -m benchmarks.peers.runs_needed --database D.csv   another database of the same case
     python -m benchmarks.peers.runs_needed --methods "a;b"    only these, nothing written
 
@@ -33,7 +34,10 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import json
 import time
+from collections.abc import Callable
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -42,40 +46,72 @@ import numpy as np
 
 from benchmarks.common import RESULTS, rounded, write
 from benchmarks.peers.client import REQUIRED
-from benchmarks.peers.methods import ONLY, Peers, methods
+from benchmarks.peers.methods import ONLY, Outcome, Peers, methods
 from benchmarks.peers.picture import plot
 from benchmarks.peers.rows import reachable_row, unreachable_row, verdicts
-from benchmarks.peers.trial import MOST_RUNS, TASKS, Task, reachable_trial, unreachable_trial
+from benchmarks.peers.trial import (
+    MOST_RUNS,
+    TASKS,
+    Task,
+    Trial,
+    reachable_trial,
+    unreachable_trial,
+)
 from benchmarks.peers.truth import RESPONSES, Surface
 from calibrator.case.toml import read_case
 
+SCENARIOS: dict[str, tuple[Callable[[Surface, Task, int], Trial], Callable[..., Any]]] = {
+    "reachable": (reachable_trial, reachable_row),
+    "unreachable": (unreachable_trial, unreachable_row),
+}
 CASE = Path(__file__).resolve().parents[2] / "cases" / "quartz_sand_reduced.toml"
 
 
-def measure(surface: Surface, seeds: int, chosen: list[str]) -> dict[str, Any]:
-    """All results, by scenario, task and method."""
-    peers = Peers()
-    makers = {
-        "reachable": (reachable_trial, reachable_row),
-        "unreachable": (unreachable_trial, unreachable_row),
-    }
-    results: dict[str, Any] = {scenario: {} for scenario in makers}
+def measure(
+    surface: Surface, seeds: int, chosen: list[str], kept: Path | None = None
+) -> dict[str, Any]:
+    """All results, by scenario, task and method.
+
+    Seed after seed, so that what is kept in a file of outcomes, a line each, goes on where it was,
+    with more seeds too.
+    """
+    peers, done = Peers(), outcomes_in(kept)
     try:
-        for scenario, (label, task) in itertools.product(makers, TASKS.items()):
-            make, summary = makers[scenario]
-            rows = results[scenario][label] = {}
-            for name, method in methods(peers).items():
-                count = len(task.grid)
-                if (chosen and name not in chosen) or ONLY.get(name, count) != count:
-                    continue
-                begin = time.perf_counter()
-                outcomes = [method(make(surface, task, seed)) for seed in range(1, seeds + 1)]
-                rows[name] = summary(outcomes)
-                seconds = f"{time.perf_counter() - begin:.0f} s"
-                print(scenario, label, name, rows[name], seconds, flush=True)
+        for seed, (scenario, label, name) in itertools.product(range(1, seeds + 1), cells(chosen)):
+            if (key := f"{scenario}, {label}, {name}, {seed}") in done:
+                continue
+            begin = time.perf_counter()
+            trial = SCENARIOS[scenario][0](surface, TASKS[label], seed)
+            done[key] = methods(peers)[name](trial)
+            print(key, done[key], f"{time.perf_counter() - begin:.0f} s", flush=True)
+            if kept:
+                with kept.open("a") as file:
+                    file.write(json.dumps({"key": key, **asdict(done[key])}) + "\n")
     finally:
         peers.close()
+    results: dict[str, Any] = {}
+    for scenario, label, name in cells(chosen):
+        own = [done[f"{scenario}, {label}, {name}, {seed}"] for seed in range(1, seeds + 1)]
+        rows = results.setdefault(scenario, {}).setdefault(label, {})
+        rows[name] = SCENARIOS[scenario][1](own)
     return results
+
+
+def cells(chosen: list[str]) -> list[tuple[str, str, str]]:
+    """Scenario, task and method of everything that is measured."""
+    return [
+        (scenario, label, name)
+        for scenario, (label, task) in itertools.product(SCENARIOS, TASKS.items())
+        for name in methods(Peers())
+        if (not chosen or name in chosen) and ONLY.get(name, len(task.grid)) == len(task.grid)
+    ]
+
+
+def outcomes_in(kept: Path | None) -> dict[str, Outcome]:
+    """Outcomes of a file by key; none where there is no file."""
+    lines = kept.read_text().splitlines() if kept and kept.exists() else []
+    rows = [json.loads(line) for line in lines]
+    return {row.pop("key"): Outcome(**row) for row in rows}
 
 
 def share(surface: Surface, task: Task, seeds: int) -> float:
@@ -97,6 +133,7 @@ def arguments() -> argparse.Namespace:
         default=[],
         help="names separated by semicolons; nothing written",
     )
+    parser.add_argument("--kept", type=Path, help="file of outcomes to go on from")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--results", type=Path, default=RESULTS, help="folder to write to")
     return parser.parse_args()
@@ -110,7 +147,8 @@ def main() -> None:
     if database is None:
         raise SystemExit(f"{CASE.name} ships no database: give one with --database")
     surface = Surface.of(case, database)
-    measured = measure(surface, 2 if given.quick else given.seeds, given.methods)
+    seeds = 2 if given.quick else given.seeds
+    measured = measure(surface, seeds, given.methods, given.kept)
     if given.quick or given.methods:
         return
     about = (__doc__ or "").split("\n\n")

@@ -235,11 +235,13 @@ def seen(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     found = []
     for key in dict.fromkeys((t.label, t.strength) for t in single):
         own = [t for t in single if (t.label, t.strength) == key]
+        some, number = laboratories_with([is_alarm(t) for t in own], [t.pool for t in own], False)
         found.append(
             {
                 "effect": key[0],
                 "size": abs(own[0].size),
-                **counted(own, is_alarm, "seen_rate", "seen", whole=False),
+                "seen_trials": [sum(map(is_alarm, own)), len(own)],
+                "seen_laboratories": [some, number],
             }
         )
     return found
