@@ -19,12 +19,13 @@ import numpy as np
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
+from calibrator.diagnosis.explanations import rivals
 from calibrator.diagnosis.verdict import judge
 from calibrator.plan.design import sobol
 from calibrator.runs.database import Database
 from tests.campaigns.hidden.intervals import exact, interval, laboratories_with, upper
 from tests.campaigns.hidden.rates import is_alarm
-from tests.campaigns.hidden.trials import Trial, library, measurements
+from tests.campaigns.hidden.trials import Trial, by_bic, library, measurements
 
 TRIALS = 4  # of a set
 FIRST_SEED = 20_000  # of the metrology
@@ -33,12 +34,16 @@ INNER = (0.1, 0.9)  # shares of the ranges beyond which the margin begins
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A set as a laboratory: its place (d,) in the box, its replicates, and what was said."""
+    """A set as a laboratory.
+
+    Its place (d,) in the box, its replicates, what was said in each trial, and by BIC.
+    """
 
     index: int
     unit: tuple[float, ...]
     replicates: int
     said: tuple[str, ...]
+    bic: tuple[str, ...]
 
     @property
     def inner(self) -> bool:
@@ -77,29 +82,32 @@ def left_out(
             continue
         runs = [own[:replicates] for own in values]
         judged, rng = library(case, rest), np.random.default_rng(FIRST_SEED + index)
-        said = []
+        said, bic = [], []
         for _ in range(trials):
             measured = measurements(case, runs, judged, rng)
             verdict = judge(
                 judged.surfaces, measured, judged.effects, judged.used, rng, held=judged.held
             )
             said.append(verdict.said)
+            own = measured.only(judged.used)
+            fits = verdict.rivals or rivals(judged.surfaces, own, judged.effects, judged.used)
+            bic.append(by_bic(fits, len(judged.used)))
         unit = tuple(map(float, units[index]))
-        found.append(LeftOut(index, unit, replicates, tuple(said)))
+        found.append(LeftOut(index, unit, replicates, tuple(said), tuple(bic)))
     return found
 
 
 def said_of_left_out(sets: Sequence[LeftOut], pools: Sequence[Trial]) -> dict[str, Any]:
     """False alarms of sets left out, alone, off the margin, and with those of the pools."""
-    both = {"sets": sets, "inner_sets": [one for one in sets if one.inner]}
-    found: dict[str, Any] = {name: _alarms(own) for name, own in both.items()}
-    some, number = found["sets"]["false_alarm_laboratories"]
+    every = _alarms([one.said for one in sets], "no gap")
+    some, number = every["false_alarm_laboratories"]
     more, further = laboratories_with([is_alarm(t) for t in pools], [t.pool for t in pools], False)
     together = some + more, number + further
     return {
-        **found["sets"],
+        **every,
         "laboratories_with_one_replicate": sum(one.replicates == 1 for one in sets),
-        "inner_sets": found["inner_sets"],
+        "inner_sets": _alarms([one.said for one in sets if one.inner], "no gap"),
+        "bic": _alarms([one.bic for one in sets], "none"),
         "with_pools": {
             "false_alarm_laboratories": together,
             "false_alarm_interval_by_pool": exact(*together),
@@ -109,9 +117,10 @@ def said_of_left_out(sets: Sequence[LeftOut], pools: Sequence[Trial]) -> dict[st
     }
 
 
-def _alarms(sets: Sequence[LeftOut]) -> dict[str, Any]:
-    hits = [said != "no gap" for one in sets for said in one.said]
-    where = [one.index for one in sets for _ in one.said]
+def _alarms(said: Sequence[Sequence[str]], quiet: str) -> dict[str, Any]:
+    """Alarms of laboratories by what was said in each trial, and the word for none."""
+    hits = [word != quiet for own in said for word in own]
+    where = [i for i, own in enumerate(said) for _ in own]
     some, number = laboratories_with(hits, where, whole=False)
     return {
         "laboratories": number,

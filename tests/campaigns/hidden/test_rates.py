@@ -82,14 +82,16 @@ def test_sets_that_are_left_out_are_counted_as_laboratories():
     few = left_out(case, database, trials=1, sets=(0, 3))
     assert [one.index for one in few] == [0, 3] and few[0].inner
     quiet, loud = ("no gap",) * 4, ("no gap", "ambiguous", "no gap", "no gap")
+    none, some = ("none",) * 4, ("tilt_deg",) * 4
     sets = [
-        LeftOut(0, (0.5, 0.5), 2, quiet),
-        LeftOut(1, (0.5, 0.4), 2, loud),
-        LeftOut(2, (0.05, 0.4), 1, quiet),
+        LeftOut(0, (0.5, 0.5), 2, quiet, none),
+        LeftOut(1, (0.5, 0.4), 2, loud, some),
+        LeftOut(2, (0.05, 0.4), 1, quiet, some),
     ]
     said = said_of_left_out(sets, [])
     assert said["false_alarm_laboratories"] == [1, 3]
     assert said["inner_sets"]["false_alarm_laboratories"] == [1, 2]
+    assert said["bic"]["false_alarm_laboratories"] == [2, 3]
     assert said["laboratories_with_one_replicate"] == 1
     assert [one["index"] for one in said["alarms"]] == [1]
 

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
-from calibrator.diagnosis.explanations import Effect, Explanation, Measured, rivals
+from calibrator.diagnosis.explanations import Effect, Explanation, Measured, Rivals, rivals
 from calibrator.diagnosis.gap import Gap
 from calibrator.diagnosis.surfaces import Surfaces
 from calibrator.diagnosis.verdict import Verdict, judge
@@ -133,8 +133,6 @@ def trial(
     found = verdict.rivals or rivals(judged.surfaces, measured, judged.effects, judged.used)
     best = min(found.single, key=lambda fit: fit.chi2)
     rejected = chi2.sf(found.none.chi2, found.none.degrees) < 0.05
-    likeliest = min(found.single, key=lambda fit: fit.deviance)
-    penalty = np.log(len(judged.used))
     hidden = tuple(n for n in one.truth["hidden"] if n not in OUTSIDE)
     amplitude, gaps = None, {}
     if verdict.kind == "named":
@@ -152,10 +150,17 @@ def trial(
         verdict,
         best.effects[0],
         best.effects[0] if rejected else "none",
-        likeliest.effects[0] if likeliest.deviance + penalty < found.none.deviance else "none",
+        by_bic(found, len(judged.used)),
         amplitude,
         gaps,
     )
+
+
+def by_bic(found: Rivals, observables: int) -> str:
+    """The effect that lowers the Bayesian information criterion most, or "none"."""
+    likeliest = min(found.single, key=lambda fit: fit.deviance)
+    lower = likeliest.deviance + np.log(observables) < found.none.deviance
+    return likeliest.effects[0] if lower else "none"
 
 
 def closed(
