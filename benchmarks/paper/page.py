@@ -11,7 +11,12 @@ import re
 import shutil
 from collections.abc import Callable
 
-from benchmarks.paper.needed import adaptive_block, runs_block, unreachable_block
+from benchmarks.paper.needed import (
+    adaptive_block,
+    ratios_block,
+    runs_block,
+    unreachable_block,
+)
 from benchmarks.paper.numbers import (
     coverage_block,
     interpolation_block,
@@ -63,6 +68,7 @@ BLOCKS: dict[str, tuple[Callable[[Sources], str], str]] = {
     "interpolation": (interpolation_block, "calibrator run cases/quartz_sand_reduced_grid.toml"),
     "similarity": (similarity_block, "python -m benchmarks.runs.similarity"),
     "runs needed": (runs_block, "python -m benchmarks.peers.runs_needed"),
+    "runs beside peers": (ratios_block, "python -m benchmarks.peers.runs_needed"),
     "adaptive": (adaptive_block, "calibrator run cases/quartz_sand_adaptive.toml"),
     "out of reach": (unreachable_block, "python -m benchmarks.peers.runs_needed"),
 }

@@ -2,7 +2,7 @@
 
 It uses the standard library only. The benchmark sends a job; the driver asks for responses and
 names the sets that its peer would recommend so far, each time waiting for an answer; at the end it
-hands back what the peer printed. What peers print never reaches stdout itself.
+hands back what the peer printed and warned of. What peers print never reaches stdout itself.
 """
 
 import contextlib
@@ -46,12 +46,13 @@ def serve(calibrate):
     """Do every job that comes in: calibrate(job, channel) is one calibration by the peer."""
     channel = Channel()
     for line in iter(sys.stdin.readline, ""):
-        printed, error, stopped = io.StringIO(), "", False
-        with contextlib.redirect_stdout(printed):
+        printed, warned, error, stopped = io.StringIO(), io.StringIO(), "", False
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(warned):
             try:
                 calibrate(json.loads(line), channel)
             except Stopped:
                 stopped = True
             except Exception as problem:  # a peer that dies of its own is a finding
                 error = f"{type(problem).__name__}: {problem}".splitlines()[0]
-        channel.send({"end": True, "stopped": stopped, "error": error, "said": printed.getvalue()})
+        said = {"said": printed.getvalue(), "warned": warned.getvalue()}
+        channel.send({"end": True, "stopped": stopped, "error": error, **said})

@@ -43,7 +43,7 @@ class Peer:
     def __init__(self, name: str) -> None:
         self._folder = tempfile.TemporaryDirectory()
         self._process = subprocess.Popen(
-            [python_of(name), "-W", "ignore", HERE / f"drive_{name}.py"],
+            [python_of(name), "-W", "always", HERE / f"drive_{name}.py"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -70,8 +70,8 @@ class Peer:
 
         Returns
         -------
-        said : what the peer printed; error : of what it died, or empty; stopped : whether most_runs
-        stopped it.
+        said, warned : what the peer printed, and to stderr; error : of what it died, or empty;
+        stopped : whether most_runs stopped it.
         """
         logs = np.array([p.scale == "log" for p in problem.parameters])
         self._send(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -10,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.client import Peer
-from benchmarks.peers.trial import FIRST, MOST_RUNS, RESPONSES, VERIFYING, Trial
+from benchmarks.peers.trial import MOST_RUNS, VERIFYING, Trial
+from benchmarks.peers.truth import RESPONSES
 from calibrator.case.problem import Problem
 from calibrator.plan.adaptive import Settings, is_met, propose
 from calibrator.plan.design import full_grid, sobol
@@ -21,8 +23,15 @@ from calibrator.responses.objectives import evaluation
 from calibrator.search.reach import unreachable
 
 OURS = "adaptive (ours)"
-# methods for one number of parameters: its rule gives 7 for two, which is few
+# methods for tasks of so many parameters: its rule gives 7 for two, which is few
 ONLY = {"GrainLearning, 20 samples": 2}
+# What a line that speaks of targets out of reach could hold; what a tool prints of every target,
+# reachable or not, is counted for those in reach as well.
+WORDS = re.compile(
+    r"reach|cannot|can not|could not|unable|infeasib|impossib|not (?:be )?met|no solution|fail"
+    r"|outside|diverg|not converge",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
@@ -31,26 +40,31 @@ class Outcome:
 
     runs : all of them, verification included; met : whether the recommended set meets the targets;
     worst : its largest relative error; said : the method's last words; flagged : whether it says
-    that the targets are out of reach; oracle : for ours, runs and success where an oracle ends it;
-    verified, by_itself : for peers, where three runs verify each round's set, and by their own rule
-    for stopping.
+    that the targets are out of reach, None for peers, which have no such verdict; oracle : for
+    ours, runs and success where an oracle ends it; verified, by_itself : for peers, where three
+    runs verify each round's set, and by their own rule for stopping; ended : by what a peer ended;
+    spoken : lines of all that it printed, warnings too, that could speak of reach; own_error : the
+    last error that it printed, in its own measure.
     """
 
     runs: int
     met: bool
     worst: float
     said: str
-    flagged: bool = False
+    flagged: bool | None = None
     oracle: tuple[int, bool] | None = None
     verified: tuple[int, bool] | None = None
     by_itself: tuple[int, bool] | None = None
+    ended: str = ""
+    spoken: tuple[str, ...] = ()
+    own_error: float | None = None
 
 
 def adaptive(trial: Trial) -> Outcome:
     """Our adaptive design, with the first sets and replicates of `calibrator run`."""
     own = trial.problem
     settings = Settings(replicates=VERIFYING, budget=MOST_RUNS)
-    first = sobol(own, FIRST[len(own.names)])
+    first = sobol(own, trial.task.first)
     points = np.repeat(first, [VERIFYING] * 2 + [1] * (len(first) - 2), axis=0)
     values, hit = trial.run(points), None
     while not (proposal := propose(own, points, values, settings, trial.similarity)).stops:
@@ -151,17 +165,18 @@ class Peers:
             made + VERIFYING,
             not (ended["stopped"] or ended["error"]) and trial.meets(last),
         )
-        said = closing("\n".join([ended["said"], ended["error"]]))
+        said = "\n".join([ended["said"], ended["error"]])
         found = first_verified(trial, rounds) or (made + VERIFYING * len(rounds), False)
         return Outcome(
             runs + VERIFYING,
             trial.meets(point),
             trial.worst(point),
-            said,
-            False,
-            None,
-            found,
-            by_itself,
+            closing(said),
+            verified=found,
+            by_itself=by_itself,
+            ended=how(ended),
+            spoken=spoken(said + "\n" + ended["warned"]),
+            own_error=own_error(ended["said"]),
         )
 
     def _driver(self, name: str) -> Peer:
@@ -184,6 +199,26 @@ def first_verified(trial: Trial, rounds: list[tuple[int, np.ndarray]]) -> tuple[
         if verified(trial, sets[0], trial.surface.noise):
             return made + VERIFYING * number, trial.meets(sets[0])
     return None
+
+
+def spoken(said: str) -> tuple[str, ...]:
+    """Lines that could speak of reach, without the paths of a machine."""
+    lines = (re.sub(r"\S*/", "", line).strip() for line in said.splitlines())
+    return tuple(line for line in lines if WORDS.search(line))
+
+
+def own_error(said: str) -> float | None:
+    """The last error that a peer printed: GrainLearning's smallest, ACCES' of its best set."""
+    found = re.findall(r"Smallest mean absolute percentage error =\s*([-+.\de]+)", said)
+    found += re.findall(r"^ *value .*?([-+.\de]+)$", said, re.MULTILINE)
+    return float(found[-1]) if found else None
+
+
+def how(ended: dict[str, Any]) -> str:
+    """By what a peer ended: by its own rule, by the benchmark's MOST_RUNS, or by an error."""
+    if ended["error"]:
+        return "died"
+    return "cut off" if ended["stopped"] else "own rule"
 
 
 def closing(said: str) -> str:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.methods import OURS
-from benchmarks.peers.trial import BAR
-from calibrator.report.figures.style import BLUE, GREEN, GREY, INK, ORANGE, RED, SKY, STYLE
+from calibrator.report.figures.style import BLUE, GREEN, INK, ORANGE, RED, SKY, STYLE
 
 WAYS = {
     "ours": (RED, "ours"),
@@ -19,27 +18,26 @@ WAYS = {
     "by_itself": (ORANGE, "peer, stopping by itself"),
 }
 
+TITLES = {"2": "2 parameters", "2 hard": "2 parameters, closely", "5": "5 parameters"}
+
 
 def plot(reachable: dict[str, Any], folder: Path) -> None:
-    """Runs of every seed by method, one panel for each number of parameters."""
+    """Runs of every seed by method, one panel for each task."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
     with matplotlib.rc_context(STYLE):
-        figure, panels = plt.subplots(1, 2, figsize=(10, 6), sharey=True)
+        figure, panels = plt.subplots(1, len(reachable), figsize=(13, 6), sharey=True)
         names = list(dict.fromkeys(name for rows in reachable.values() for name in rows))
-        for axis, (count, rows) in zip(panels, reachable.items(), strict=True):
+        for axis, (task, rows) in zip(panels, reachable.items(), strict=True):
             for name, row in rows.items():
                 draw_method(axis, names.index(name), name, row)
-            bar = BAR[int(count)]
-            axis.axvline(bar, color=GREY, linestyle="--", linewidth=1)
-            axis.text(bar, -0.62, f" bar: {bar}", color=GREY, va="center")
             axis.set(
                 xscale="log",
                 xlabel="runs, verification included",
-                title=f"{count} parameters",
+                title=TITLES[task],
                 xlim=(7, 1100),
             )
             axis.set_xticks([10, 30, 100, 300, 1000], ["10", "30", "100", "300", "1000"])
@@ -58,7 +56,7 @@ def handles(line: Any) -> list[Any]:
     ]
     found.append(line([], [], ls="", marker="x", color=INK, label="a seed that fails"))
     median: dict[str, Any] = {"marker": "|", "markersize": 11, "markeredgewidth": 2}
-    found.append(line([], [], ls="", color=INK, label="median, failures as infinity", **median))
+    found.append(line([], [], ls="", color=INK, label="median of all seeds", **median))
     return found
 
 
@@ -77,7 +75,7 @@ def draw_method(axis: Any, place: int, name: str, row: dict[str, Any]) -> None:
 
 
 def draw_strip(axis: Any, place: float, strip: dict[str, Any], colour: str, ink: str) -> None:
-    """The seeds of one method, and their median where half of them or more succeed."""
+    """The seeds of one method, and the median of what they spent."""
     styles: dict[bool, dict[str, Any]] = {
         True: {"marker": "o", "color": colour},
         False: {"marker": "x", "color": ink},
@@ -85,10 +83,8 @@ def draw_strip(axis: Any, place: float, strip: dict[str, Any], colour: str, ink:
     for hit, style in styles.items():
         runs = [r for r, m in zip(strip["runs"], strip["met"], strict=True) if m == hit]
         axis.plot(runs, jittered(place, len(runs)), ls="", markersize=4, alpha=0.7, **style)
-    if strip["median_runs"]:
-        axis.plot(
-            [strip["median_runs"]] * 2, [place - 0.13, place + 0.13], color=colour, linewidth=2.4
-        )
+    ends = [place - 0.13, place + 0.13]
+    axis.plot([strip["median_runs"]] * 2, ends, color=colour, linewidth=2.4)
 
 
 def jittered(place: float, count: int) -> np.ndarray:

@@ -1,85 +1,48 @@
-"""The truth that methods are tried on, and one calibration to be done."""
+"""What is to be calibrated, and one calibration of it."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks.peers.truth import RESPONSES, Surface
 from calibrator.case.case import Case
 from calibrator.case.problem import Problem, Target, Value
 from calibrator.plan.adaptive import bands
 from calibrator.responses.box import sample_of
-from calibrator.responses.fit import fit_responses
-from calibrator.responses.interpolant import Interpolant
-from calibrator.responses.table import response_table
-from calibrator.runs.database import Database
 
-RESPONSES = (
-    "hourglass.bulk_density",
-    "hourglass.drained_equivalent_angle_deg",
-    "hourglass.mass_flow_rate",
-)
-FEW: dict[str, Value] = {
-    "particle_radius": 0.4e-3,
-    "particle_density": 2800.0,
-    "young_modulus": 5e6,
-}  # fixed where only frictions are sought
-GRID = {2: (5, 6), 5: (5, 6, 3, 3, 3)}  # samples of the reference paper's grids
-FIRST = {2: 5, 5: 10}  # sets that our design starts with
-BAR = {2: 25, 5: 60}
-TOLERANCE = 0.02
+DENSE: dict[str, Value] = {"particle_density": 2800.0}
+FINE: dict[str, Value] = {"particle_radius": 0.4e-3, "young_modulus": 5e6}
 VERIFYING = 3  # runs
 MOST_RUNS = 600
 BEYOND = 1.07  # of the largest density that the box reaches: the target that cannot be met
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """The truth: mean responses over the case's parameters, and the seed noise (t,) of a run."""
+@dataclass(frozen=True)
+class Task:
+    """Which parameters are sought, how closely, and by what designs.
 
-    case: Case
-    interpolant: Interpolant
+    Attributes
+    ----------
+    fixed : values of the case's parameters that are not sought.
+    tolerance : relative, where the noise allows it.
+    grid : samples of each parameter in the reference paper's grid.
+    first : sets that our design starts with.
+    """
 
-    @classmethod
-    def of(cls, case: Case, database: Path) -> Surface:
-        """Fitted to the good hourglass runs of a database."""
-        points, values = response_table(
-            case.problem, list(Database.read(database).records.values()), RESPONSES
-        )
-        return cls(
-            case,
-            fit_responses(
-                case.problem, points, values, RESPONSES, similarity=case.interpolation.similarity
-            ),
-        )
+    fixed: dict[str, Value]
+    tolerance: float
+    grid: tuple[int, ...]
+    first: int
 
-    @property
-    def noise(self) -> np.ndarray:
-        """Seed noise of a single run (t,)."""
-        return self.interpolant.noise
 
-    def problem(self, count: int) -> Problem:
-        """The case's problem with so many parameters: all, or the frictions.
-
-        Targets are still to be set.
-        """
-        kept = [p for p in self.case.problem.parameters if count == 5 or p.name not in FEW]
-        fixed = FEW if count == 2 else {}
-        samples = [
-            dataclasses.replace(p, samples=n) for p, n in zip(kept, GRID[count], strict=True)
-        ]
-        return dataclasses.replace(
-            self.case.problem, parameters=tuple(samples), held_out=(), fixed=fixed
-        )
-
-    def mean(self, problem: Problem, points: np.ndarray) -> np.ndarray:
-        """Noise-free responses (k, t) at points (k, d) of such a problem."""
-        columns = problem.columns(points)
-        full = [np.broadcast_to(columns[name], len(points)) for name in self.case.problem.names]
-        return self.interpolant.predict(np.column_stack(full))
+TASKS = {
+    "2": Task({**DENSE, **FINE}, 0.02, (5, 6), 5),
+    "2 hard": Task({**FINE, "sliding_friction": 0.45}, 0.004, (5, 6), 5),
+    "5": Task({}, 0.02, (5, 6, 3, 3, 3), 10),
+}
 
 
 @dataclass(eq=False)
@@ -88,6 +51,7 @@ class Trial:
 
     surface: Surface
     problem: Problem
+    task: Task
     seed: int
     made: int = 0
     rng: np.random.Generator = field(init=False)
@@ -98,7 +62,7 @@ class Trial:
     @property
     def similarity(self) -> bool:
         """Whether the density can be taken out by similarity."""
-        return self.surface.case.interpolation.similarity and len(self.problem.names) == 5
+        return self.surface.case.interpolation.similarity and not self.task.fixed
 
     def run(self, points: np.ndarray) -> np.ndarray:
         """Responses (k, t) of one run at each of the points (k, d)."""
@@ -134,28 +98,38 @@ class Trial:
         return float(self.met(sample_of(self.problem, 2**12, np.random.default_rng(0))).mean())
 
 
-def reachable_trial(surface: Surface, count: int, seed: int) -> Trial:
+def problem_of(case: Case, task: Task) -> Problem:
+    """The case's problem with the parameters of a task; targets are still to be set."""
+    kept = [p for p in case.problem.parameters if p.name not in task.fixed]
+    samples = [dataclasses.replace(p, samples=n) for p, n in zip(kept, task.grid, strict=True)]
+    return dataclasses.replace(
+        case.problem, parameters=tuple(samples), held_out=(), fixed=task.fixed
+    )
+
+
+def reachable_trial(surface: Surface, task: Task, seed: int) -> Trial:
     """Targets that a set in the central 80 % of each range has."""
-    problem = surface.problem(count)
-    shares = np.random.default_rng([seed, 0]).uniform(0.1, 0.9, count)
+    problem = problem_of(surface.case, task)
+    shares = np.random.default_rng([seed, 0]).uniform(0.1, 0.9, len(problem.names))
     truth = np.array([p.values_at(s) for p, s in zip(problem.parameters, shares, strict=True)])
-    return Trial(surface, with_targets(problem, surface.mean(problem, truth[None])[0]), seed)
+    values = surface.mean(problem, truth[None])[0]
+    return Trial(surface, with_targets(problem, values, task.tolerance), task, seed)
 
 
-def unreachable_trial(surface: Surface, count: int, seed: int) -> Trial:
+def unreachable_trial(surface: Surface, task: Task, seed: int) -> Trial:
     """The same, but for a density beyond the largest of the box."""
-    trial = reachable_trial(surface, count, seed)
+    trial = reachable_trial(surface, task, seed)
     values = np.array([t.value for t in trial.problem.targets])
     sample = sample_of(trial.problem, 2**12, np.random.default_rng(0))
     values[0] = BEYOND * surface.mean(trial.problem, sample)[:, 0].max()
-    return Trial(surface, with_targets(trial.problem, values), seed)
+    return Trial(surface, with_targets(trial.problem, values, task.tolerance), task, seed)
 
 
-def with_targets(problem: Problem, values: np.ndarray) -> Problem:
+def with_targets(problem: Problem, values: np.ndarray, tolerance: float) -> Problem:
     """The problem with these values (t,) of the responses as targets."""
     names = [key.split(".") for key in RESPONSES]
     targets = (
-        Target(setup, name, float(v), tolerance=TOLERANCE)
+        Target(setup, name, float(v), tolerance=tolerance)
         for (setup, name), v in zip(names, values, strict=True)
     )
     return dataclasses.replace(problem, targets=tuple(targets))

@@ -116,7 +116,7 @@ def _found(
         explanations=runs.explanations,
         fingerprints=_fingerprints(scene, picture),
         ghosts=_ghosts(picture, rng),
-        powers=powers(scene.effects, picture),
+        powers=powers(scene.effects, picture, scene.surfaces, scene.used),
     )
 
 

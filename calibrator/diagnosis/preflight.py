@@ -16,18 +16,21 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.basis import preflight_basis
 from calibrator.diagnosis.explanations import Effect
 from calibrator.diagnosis.gap import (
+    DETECTABLE,
     FEWEST_DEGREES,
+    NAMEABLE,
     absorbed_shares,
-    smallest_detectable,
     smallest_nameable,
 )
 from calibrator.diagnosis.outcome import Power, Preflight
 from calibrator.diagnosis.runs import Scene, prepare
+from calibrator.diagnosis.surfaces import Surfaces
 from calibrator.diagnosis.verdict import NONE, Linear, judge, linear
 from calibrator.runs.workspace import Report, Workspace, silent
 from calibrator.threads import on_one_thread
 
 SELF_TESTS = 12  # imagined measurements per effect in the pre-flight
+STEPS = 51  # sizes of an effect that are tried, from none to the largest that is fitted
 NEVER = 100  # plausible sizes that stand for an effect which cannot be named at all
 
 
@@ -51,7 +54,7 @@ def preflight(space: Workspace, report: Report = silent, yes: bool = False) -> P
     found = Preflight(
         observables=tuple(scene.observables[i].key for i in own),
         degrees=picture.project.degrees,
-        effects=powers(scene.effects, picture),
+        effects=powers(scene.effects, picture, scene.surfaces, own),
         confusability=rows_of(picture.prints.confusability),
         self_test=self_test(scene, own) if picture.project.degrees >= FEWEST_DEGREES else {},
         further_experiments=gains,
@@ -82,13 +85,67 @@ def rows_of(matrix: np.ndarray) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(x) for x in row) for row in matrix)
 
 
-def powers(effects: Sequence[Effect], picture: Linear) -> tuple[Power, ...]:
-    """What each of k effects would have to be to be seen, and to be named, in its own unit."""
+def visible_lengths(
+    effect: int, sizes: np.ndarray, picture: Linear, surfaces: Surfaces, used: np.ndarray
+) -> np.ndarray:
+    """Standard errors by which an effect of these sizes (j,) moves the residual: (j,).
+
+    It is the change that the surfaces give, and not its slope at zero, which is too steep where an
+    effect saturates. Its squared length is less by what the noise of the few runs behind it adds to
+    a length: that noise has no direction, and makes effects look larger than they are.
+    """
+    unit, amplitudes = picture.none.unit, np.zeros((len(sizes), len(picture.prints.names)))
+    amplitudes[:, effect] = sizes
+    units, none = np.tile(unit, (len(sizes), 1)), np.zeros(amplitudes.shape[1])
+    change = surfaces.mean(units, amplitudes) - surfaces.mean(unit, none)
+    matrix, plain = picture.project.matrix, surfaces.error(unit, none)
+    added = [
+        np.sum((matrix @ (surfaces.error(unit, a) - plain)[np.ix_(used, used)]) * matrix)
+        for a in amplitudes
+    ]
+    squared = (picture.project(change[:, used].T) ** 2).sum(axis=0) - np.array(added)
+    return np.asarray(np.sqrt(np.maximum(squared, 0)))
+
+
+def smallest_sizes(
+    effects: Sequence[Effect], picture: Linear, surfaces: Surfaces, used: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes (k,) from which effects are seen, and named: in plausible scales, infinite if never.
+
+    Of an effect of both signs the worse one counts.
+    """
+    cosines = picture.prints.confusability - np.eye(len(effects))
+    sines = np.sqrt(np.clip(1 - cosines.max(axis=1, initial=0) ** 2, 1e-12, 1))
+    found = np.zeros((2, len(effects)))
+    for k, effect in enumerate(effects):
+        for end in (effect.bounds[1], *((effect.bounds[0],) if effect.bounds[0] < 0 else ())):
+            sizes = np.linspace(0, end, STEPS)
+            lengths = visible_lengths(k, sizes, picture, surfaces, used)
+            for row, needed in enumerate((DETECTABLE, NAMEABLE / sines[k])):
+                found[row, k] = max(found[row, k], _first(np.abs(sizes), lengths, needed))
+    return found[0], np.maximum(*found)
+
+
+def _first(sizes: np.ndarray, lengths: np.ndarray, needed: float) -> float:
+    """The size at which a length is first reached, between those tried; infinite if it is not."""
+    if not (enough := lengths >= needed).any():
+        return float("inf")
+    i = max(int(enough.argmax()), 1)
+    return float(np.interp(needed, lengths[i - 1 : i + 1], sizes[i - 1 : i + 1]))
+
+
+def powers(
+    effects: Sequence[Effect], picture: Linear, surfaces: Surfaces, used: np.ndarray
+) -> tuple[Power, ...]:
+    """What each of k effects would have to be to be seen, and to be named, in its own unit.
+
+    used : indices of the surfaces' observables that the picture is made of.
+    """
     slopes = picture.slopes
     d = slopes.shape[1] - len(effects)
     hidden = absorbed_shares(slopes[:, d:], picture.none.covariance, slopes[:, :d])
     cosines = picture.prints.confusability - np.eye(len(effects))
-    seen, named = smallest_detectable(picture.prints), smallest_nameable(picture.prints)
+    seen, named = smallest_sizes(effects, picture, surfaces, used)
     return tuple(
         Power(
             effect=e.name,

@@ -12,10 +12,14 @@ benchmarks/results/hidden_effect.json.
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong
 amplitude, an effect outside the library, or a pair. What the bars are about (nothing, strong
 effects) has several truths. Its pool holds a few runs of every experiment, spare ones where some
-clog; a trial draws five of each as the replicates of a laboratory, and errors of metrology anew; a
-neck or a level that is slightly off shifts them along the surfaces' slopes. Pools are shared by the
-trials of a class, so intervals are bootstrapped by pool. Each class of a single effect is judged
-once more without that effect in the library. After a look at the first truths came, in
+clog; a trial takes five of each as the replicates of a laboratory, and errors of metrology anew; a
+neck or a level that is slightly off shifts them along the surfaces' slopes. A pool with runs for
+several trials gives new ones to each; so far every pool that is judged has runs for one only, so
+that trials of a class differ in metrology alone: it is one laboratory, and shares and intervals
+are by laboratory (intervals.py). Each class of a single effect is judged once more without that
+effect in the library. The sets that the surfaces are made from are laboratories too, with nothing
+hidden, each left out of the surfaces in turn (left_out.py). After a look at the first truths came,
+in
 `verdict.Rule`, `held_out`, `second`, `reach`, the lead and the posterior that a name needs, and
 that a control is not named; the scatter of runs with an effect and the design of these runs; and in
 the case the plausible sizes, what is dried and walls that are only smoother. The figures that count
@@ -30,6 +34,7 @@ import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,15 +47,18 @@ from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run
 from calibrator.terminal import ProgressBar
+from tests.campaigns.hidden.intervals import exact
 from tests.campaigns.hidden.laboratory import REPLICATES, SHIPPED
+from tests.campaigns.hidden.left_out import left_out, said_of_left_out
 from tests.campaigns.hidden.rates import figures, smallest
-from tests.campaigns.hidden.trials import Trial, library, trial
+from tests.campaigns.hidden.trials import Trial, disjoint, library, trial
 from tests.campaigns.hidden.truths import CONTROL, JUDGED_LAST, POOL, Class, classes
 
 REPO = Path(__file__).resolve().parents[3]
 CASE = REPO / "cases" / "missing_effect.toml"
 FOLDER = RunFolder(REPO / "results" / "missing_effect_pools")
 POOLS = REPO / "grid" / "missing_effect_pools.csv"
+EARLIER = Path(__file__).with_name("earlier_last_tests.json")
 TRIALS = 10  # of a class
 
 
@@ -105,13 +113,35 @@ def main() -> None:
     shipped = Database.read(SHIPPED)
     trials = judged_trials(case, everything, pools, shipped)
     last = [t for t in trials if t.pool in JUDGED_LAST]
+    outer = left_out(case, shipped)
     results = {
         **figures(last),
+        "left_out_sets": said_of_left_out(outer, [t for t in last if t.strength == "none"]),
+        "earlier_last_tests": earlier_last_tests(),
         "all_truths": figures(trials),
         "smallest": smallest(case, library(case, shipped)),
     }
     # a median over no trial is none, and JSON has no NaN
     write("hidden_effect", json.loads(json.dumps(results).replace("NaN", "null")))
+
+
+def earlier_last_tests() -> list[dict[str, Any]]:
+    """Counts of last tests that others have followed, with intervals of the laboratories' shares.
+
+    They cannot be judged again, as the case has had experiments added since.
+    """
+    stem = "_laboratories"
+    return [
+        {
+            **one,
+            **{
+                key.removesuffix(stem) + "_interval_by_pool": exact(*own)
+                for key, own in one.items()
+                if key.endswith(stem)
+            },
+        }
+        for one in json.loads(EARLIER.read_text())
+    ]
 
 
 def judged_trials(
@@ -133,10 +163,13 @@ def judged_trials(
             )
             continue
         rng = np.random.default_rng(10_000 + index)
-        trials += [trial(case, one, pool, whole, False, rng) for _ in range(TRIALS)]
+        own = disjoint(pool, rng)
+        trials += [trial(case, one, own[i % len(own)], whole, False, rng) for i in range(TRIALS)]
         if one.strength in ("middling", "strong") and one.label != CONTROL:
             without = library(case, database, one.label)
-            trials += [trial(case, one, pool, without, True, rng) for _ in range(TRIALS // 4)]
+            trials += [
+                trial(case, one, own[i % len(own)], without, True, rng) for i in range(TRIALS // 4)
+            ]
         print(
             one.label,
             one.strength,

@@ -168,7 +168,9 @@ def read_off(
     draws: dict[str, float],
 ) -> list[Observable]:
     """What the laboratory reports of runs (replicates, n), with its errors of reading."""
-    mean, scatter = values.mean(axis=0), values.std(axis=0, ddof=1)
+    mean, scatter = values.mean(axis=0), np.zeros(values.shape[1])
+    if len(values) > 1:  # a single run knows no scatter of its own
+        scatter = values.std(axis=0, ddof=1)
     reported = []
     for one, m, s in zip(observables, mean, scatter, strict=True):
         for nuisance in nuisances:

@@ -1,4 +1,4 @@
-"""How often verdicts are right, with intervals."""
+"""How often verdicts are right, by laboratory, with intervals."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -6,28 +6,18 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
 
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.preflight import powers
 from calibrator.diagnosis.verdict import linear
+from tests.campaigns.hidden.intervals import exact, interval, laboratories_with, upper
 from tests.campaigns.hidden.laboratory import REPLICATES
 from tests.campaigns.hidden.trials import Judged, Trial
 from tests.campaigns.hidden.truths import AMPLITUDES, CONTROL
 
 BOOTSTRAPS = 1000
-
-
-def wilson(count: int, total: int) -> tuple[float, float]:
-    """95 % interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212)."""
-    if total == 0:
-        return float("nan"), float("nan")
-    z, p = float(norm.ppf(0.975)), count / total
-    centre = (p + z**2 / (2 * total)) / (1 + z**2 / total)
-    half = z / (1 + z**2 / total) * np.sqrt(p * (1 - p) / total + z**2 / (4 * total**2))
-    return centre - half, centre + half
 
 
 def prints_names(t: Trial) -> bool:
@@ -60,6 +50,26 @@ def by_pool(
     return float(np.nanquantile(drawn, 0.025)), float(np.nanquantile(drawn, 0.975))
 
 
+def counted(
+    trials: Sequence[Trial], good: Callable[[Trial], bool], name: str, stem: str, whole: bool = True
+) -> dict[str, Any]:
+    """A share of trials under its name, with its intervals by laboratory under a stem.
+
+    `_interval` is that of the share of trials, from as many as they are worth; `_laboratories`
+    counts those of whose trials all are good (any, unless `whole`), and `_interval_by_pool` is the
+    exact one of that share.
+    """
+    hits, pools = [good(t) for t in trials], [t.pool for t in trials]
+    some, number = laboratories_with(hits, pools, whole)
+    return {
+        name: sum(hits) / max(len(hits), 1),
+        f"{stem}_trials": [sum(hits), len(hits)],
+        f"{stem}_interval": interval(hits, pools),
+        f"{stem}_laboratories": [some, number],
+        f"{stem}_interval_by_pool": exact(some, number),
+    }
+
+
 def rates(trials: Sequence[Trial]) -> dict[str, Any]:
     """The figures that the project promises."""
     whole = [t for t in trials if not t.withheld]
@@ -67,7 +77,8 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
     single = [t for t in whole if t.strength in AMPLITUDES and t.label != CONTROL]
     outside = [t for t in trials if t.strength == "outside" or t.withheld]
     return {
-        **_alarms(nothing),
+        "laboratories": len({t.pool for t in trials}),
+        **alarms(nothing),
         **_names(whole, single, outside),
         **_gaps([t for t in single if is_right(t)]),
         **_simpler_rules(nothing, single, outside),
@@ -75,42 +86,38 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
     }
 
 
-def _alarms(nothing: Sequence[Trial]) -> dict[str, Any]:
-    """How often something is reported where nothing is hidden."""
-    alarms = sum(t.verdict.kind != "no gap" for t in nothing)
-    return {
-        "false_alarm_rate": alarms / max(len(nothing), 1),
-        "false_alarm_upper95": wilson(alarms, len(nothing))[1],
-        "false_alarm_interval_by_pool": by_pool(
-            nothing, lambda own: float(np.mean([t.verdict.kind != "no gap" for t in own]))
-        ),
-    }
+def is_alarm(t: Trial) -> bool:
+    """Whether anything was reported."""
+    return t.verdict.kind != "no gap"
+
+
+def alarms(nothing: Sequence[Trial]) -> dict[str, Any]:
+    """How often something is reported where nothing is hidden; the bound is one-sided."""
+    found = counted(nothing, is_alarm, "false_alarm_rate", "false_alarm", whole=False)
+    return {**found, "false_alarm_upper95": upper(*found["false_alarm_laboratories"])}
 
 
 def _names(
     whole: Sequence[Trial], single: Sequence[Trial], outside: Sequence[Trial]
 ) -> dict[str, Any]:
     """How often the names that are printed are right, and how often there is one."""
-    strong = [t for t in single if t.strength == "strong"]
     printed = [t for t in whole if t.strength != "outside" and prints_names(t)]
     detected = [t for t in single if t.verdict.kind not in ("no gap", "cannot tell")]
-    true_names, wrong_names = sum(map(is_right, printed)), sum(map(prints_names, outside))
-    return {
-        "name_precision_in_library": true_names / max(len(printed), 1),
-        "name_precision_interval": wilson(true_names, len(printed)),
+    pairs = [t for t in whole if t.strength == "pair"]
+    found = {
+        **counted(printed, is_right, "name_precision_in_library", "name_precision"),
         "name_precision_if_part_counts": share(printed, is_part, lambda t: True),
-        "strong_named_rate": share(strong, is_right, lambda t: True),
-        "strong_named_interval": wilson(sum(map(is_right, strong)), len(strong)),
-        "strong_named_interval_by_pool": by_pool(
-            strong, lambda own: float(np.mean([is_right(t) for t in own]))
+    }
+    for strength in AMPLITUDES:
+        own = [t for t in single if t.strength == strength]
+        found |= counted(own, is_right, f"{strength}_named_rate", f"{strength}_named")
+    return {
+        **found,
+        **counted(pairs, is_right, "pairs_named_rate", "pairs_named"),
+        **counted(
+            outside, prints_names, "outside_wrongly_named_rate", "outside_wrongly_named", False
         ),
-        "pairs_named_rate": share(
-            [t for t in whole if t.strength == "pair"], is_right, lambda t: True
-        ),
-        "outside_wrongly_named_rate": wrong_names / max(len(outside), 1),
-        "outside_wrongly_named_interval": wilson(wrong_names, len(outside)),
-        "set_coverage": sum(covered(t) for t in detected) / max(len(detected), 1),
-        "set_coverage_interval": wilson(sum(map(covered, detected)), len(detected)),
+        **counted(detected, covered, "set_coverage", "set_coverage"),
     }
 
 
@@ -143,7 +150,9 @@ def _simpler_rules(
             nothing, lambda t: t.naive != "none", lambda t: True
         ),
         "bic_precision": share(single, lambda t: t.bic == t.label, lambda t: t.bic != "none"),
-        "bic_false_alarm_rate": share(nothing, lambda t: t.bic != "none", lambda t: True),
+        **counted(
+            nothing, lambda t: t.bic != "none", "bic_false_alarm_rate", "bic_false_alarm", False
+        ),
         "bic_outside_named_rate": share(outside, lambda t: t.bic != "none", lambda t: True),
     }
 
@@ -194,6 +203,50 @@ def amplitudes(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     ]
 
 
+def amplitude_ratios(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    """Recovered over true amplitudes of the effects named rightly, by effect and strength.
+
+    `errors_off_by` is the root mean square of found less true in units of the printed error, which
+    is 1 where that error is right.
+    """
+    found = []
+    named = [t for t in trials if t.amplitude is not None and is_right(t)]
+    for key in dict.fromkeys((t.label, t.strength) for t in named):
+        own = [t for t in named if (t.label, t.strength) == key]
+        sizes = np.array([t.amplitude for t in own])
+        true = np.array([t.size for t in own])
+        off = (sizes[:, 0] - true) / sizes[:, 1]
+        found.append(
+            {
+                "effect": key[0],
+                "strength": key[1],
+                "laboratories": len({t.pool for t in own}),
+                "trials": len(own),
+                "ratio_median": float(np.median(sizes[:, 0] / true)),
+                "errors_off_by": float(np.sqrt(np.mean(off**2))),
+            }
+        )
+    return found
+
+
+def seen(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    """How often an effect shows as a gap, by its true size in plausible scales."""
+    single = [t for t in trials if not t.withheld and t.strength in AMPLITUDES]
+    found = []
+    for key in dict.fromkeys((t.label, t.strength) for t in single):
+        own = [t for t in single if (t.label, t.strength) == key]
+        some, number = laboratories_with([is_alarm(t) for t in own], [t.pool for t in own], False)
+        found.append(
+            {
+                "effect": key[0],
+                "size": abs(own[0].size),
+                "seen_trials": [sum(map(is_alarm, own)), len(own)],
+                "seen_laboratories": [some, number],
+            }
+        )
+    return found
+
+
 def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
     """What each effect must be to be seen and named, at the centre of the box."""
     centre, none = np.full(judged.surfaces.dimensions, 0.5), np.zeros(len(judged.effects))
@@ -205,21 +258,27 @@ def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
     ]
     slopes = judged.surfaces.jacobian(centre, none)[:, judged.surfaces.dimensions :]
     measured = observed.measured(
-        imagined, case.nuisances, judged.surfaces, slopes, judged.effects
+        imagined,
+        case.nuisances,
+        judged.surfaces,
+        slopes,
+        judged.effects,
+        case.diagnosis.day_error,
     ).only(judged.used)
     picture = linear(judged.surfaces, measured, judged.effects, judged.used)
     return [
         {**vars(own), "strong": AMPLITUDES["strong"] * own.scale}
-        for own in powers(judged.effects, picture)
+        for own in powers(judged.effects, picture, judged.surfaces, judged.used)
     ]
 
 
 def figures(trials: Sequence[Trial]) -> dict[str, Any]:
-    """Rates, what was said by what was hidden, and amplitudes."""
-    pools = len({t.pool for t in trials})
+    """Rates, what was said by what was hidden, amplitudes, and what was seen."""
     return {
         **rates(trials),
         "confusion": matrix(trials),
+        "amplitude_ratios": amplitude_ratios(trials),
+        "seen": seen(trials),
         "amplitudes": amplitudes(trials),
-        "pools": pools,
+        "pools": len({t.pool for t in trials}),
     }

@@ -11,7 +11,7 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.explanations import Effect, Explanation, Measured
 from calibrator.diagnosis.gap import Gap
-from calibrator.diagnosis.rivals import rivals
+from calibrator.diagnosis.rivals import Rivals, rivals
 from calibrator.diagnosis.surfaces import Surfaces
 from calibrator.diagnosis.verdict import Verdict, judge
 from calibrator.plan.design import sobol
@@ -34,7 +34,7 @@ class Trial:
 
     best_chi2, naive, bic : names by simpler rules: the effect of lowest chi2 after a refit, the
     same only where chi2 rejects the model at 5 %, and the one that lowers the Bayesian information
-    criterion.
+    criterion. The last goes by -2 log L, as chi2 alone favours effects with large errors.
     """
 
     label: str
@@ -80,13 +80,27 @@ def library(case: Case, database: Database, withheld: str = "") -> Judged:
     return Judged(effects, surfaces, used, held)
 
 
+def disjoint(
+    pool: Sequence[np.ndarray], rng: np.random.Generator, replicates: int = REPLICATES
+) -> list[list[np.ndarray]]:
+    """Replicates of as many measurements as a pool (runs, n) has runs for, none used twice."""
+    order = [rng.permutation(len(own)) for own in pool]
+    return [
+        [
+            own[at[i * replicates : (i + 1) * replicates]]
+            for own, at in zip(pool, order, strict=True)
+        ]
+        for i in range(min(map(len, pool)) // replicates)
+    ]
+
+
 def measurements(
-    case: Case, pool: list[np.ndarray], judged: Judged, rng: np.random.Generator
+    case: Case, runs: Sequence[np.ndarray], judged: Judged, rng: np.random.Generator
 ) -> Measured:
-    """One laboratory: replicates from the pool (runs, n) and errors of metrology."""
+    """What is measured on runs (replicates, n) of every experiment, with errors of metrology."""
     found = ex.experiments(case, case.observables)
     ordered = ex.in_order(case.observables, found)
-    values = np.hstack([own[rng.choice(len(own), REPLICATES, replace=False)] for own in pool])
+    values = np.hstack(runs)
     draws = metrology(case.nuisances, rng)
     d, k = judged.surfaces.dimensions, len(judged.effects)
     slopes = judged.surfaces.jacobian(np.full(d, 0.5), np.zeros(k))[:, d:]
@@ -110,19 +124,18 @@ def measurements(
 def trial(
     case: Case,
     one: Class,
-    pool: list[np.ndarray],
+    runs: Sequence[np.ndarray],
     judged: Judged,
     withheld: bool,
     rng: np.random.Generator,
 ) -> Trial:
     """Judge one laboratory, and what simpler rules would have said."""
-    everything = measurements(case, pool, judged, rng)
+    everything = measurements(case, runs, judged, rng)
     measured = everything.only(judged.used)
     verdict = judge(judged.surfaces, everything, judged.effects, judged.used, rng, held=judged.held)
     found = verdict.rivals or rivals(judged.surfaces, measured, judged.effects, judged.used)
     best = min(found.single, key=lambda fit: fit.chi2)
     rejected = chi2.sf(found.none.chi2, found.none.degrees) < 0.05
-    penalty = np.log(len(judged.used))
     hidden = tuple(n for n in one.truth["hidden"] if n not in OUTSIDE)
     amplitude, gaps = None, {}
     if verdict.kind == "named":
@@ -140,10 +153,17 @@ def trial(
         verdict,
         best.effects[0],
         best.effects[0] if rejected else "none",
-        best.effects[0] if best.chi2 + penalty < found.none.chi2 else "none",
+        by_bic(found, len(judged.used)),
         amplitude,
         gaps,
     )
+
+
+def by_bic(found: Rivals, observables: int) -> str:
+    """The effect that lowers the Bayesian information criterion most, or "none"."""
+    likeliest = min(found.single, key=lambda fit: fit.deviance)
+    lower = likeliest.deviance + np.log(observables) < found.none.deviance
+    return likeliest.effects[0] if lower else "none"
 
 
 def closed(
