@@ -65,4 +65,5 @@ def test_the_page_has_every_column_of_a_lab_file():
     ] == [
         "column",
         *WITH_CONDITION,
+        "days",
     ]

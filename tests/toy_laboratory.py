@@ -15,6 +15,7 @@ neck_diameter = 0.016
 [diagnosis]
 effects = ["bond_number", "bed_viscosity"]
 nuisances = "nuisances.csv"
+day_error = 0.0
 sets = 12
 replicates = 2
 effect_sets = 8

@@ -69,15 +69,23 @@ class World:
             list(EXPERIMENTS),
             {1},
             {2},
+            np.array([[-0.5] * PARAMETERS, [1.5] * PARAMETERS]),
         )
 
-    def measure(self, surfaces, rng, sizes=(0, 0, 0, 0), outside=0.0):
-        """Means over the replicates of a laboratory in which effects are hidden."""
-        unit = rng.uniform(0.25, 0.75, PARAMETERS)
+    def measure(self, surfaces, rng, sizes=(0, 0, 0, 0), outside=0.0, unit=None):
+        """Means over the replicates of a laboratory in which effects are hidden.
+
+        unit : its parameters; drawn from the inner part of the box unless given.
+        """
+        inner = rng.uniform(0.25, 0.75, PARAMETERS)
+        unit = inner if unit is None else np.asarray(unit)
         runs = [
             self.run(unit, np.array(sizes, float), rng) + outside * self.outside
             for _ in range(REPLICATES)
         ]
         return Measured(
-            np.mean(runs, axis=0), surfaces.noise / REPLICATES, np.full(COUNT, REPLICATES)
+            np.mean(runs, axis=0),
+            surfaces.noise / REPLICATES,
+            np.full(COUNT, REPLICATES),
+            np.zeros((COUNT, 0)),
         )

@@ -28,7 +28,7 @@ REQUEST = Request.of(
     "hourglass",
     particle_radius=0.4e-3,
     particle_density=2650.0,
-    young_modulus=3e8,
+    young_modulus=1e8,
     fill_mass=2.5e-3,
     cylinder_diameter=14e-3,
     neck_diameter=6.5e-3,

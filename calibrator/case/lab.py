@@ -17,6 +17,7 @@ from calibrator.case.vocabulary import EFFECTS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
 COLUMNS = ("setup", "response", "value", "scatter", "replicates", "unit", "role")
+OPTIONAL = ("condition", "days")
 WITH_CONDITION = ("setup", "condition", *COLUMNS[1:])
 ROLES = ("calibrate", "held_out", "diagnose")
 NUISANCES = ("nuisance", "observables", "error", "unit")
@@ -27,9 +28,10 @@ class Observable:
     """A measured bulk response of a set-up, under one of the case's conditions or under none ("").
 
     value and scatter (standard deviation of one replicate, 0: unknown) in the response's unit;
-    replicates is how many measurements the value averages; role: used to calibrate, only to
-    diagnose a gap, or held out. Raises CalibratorError for an unknown name, a value that is not
-    finite, and a condition on what is to be calibrated.
+    replicates is how many measurements the value averages, and days on how many of these something
+    that they share was new (set up afresh, another operator, another day); role: used to calibrate,
+    only to diagnose a gap, or held out. Raises CalibratorError for an unknown name, a value that is
+    not finite, and a condition on what is to be calibrated.
     """
 
     setup: str
@@ -39,6 +41,7 @@ class Observable:
     replicates: int
     role: str
     condition: str = ""
+    days: int = 1
 
     def __post_init__(self) -> None:
         known(self.role, ROLES, "role")
@@ -57,6 +60,11 @@ class Observable:
         if not 1 <= self.replicates <= 1_000_000:
             raise CalibratorError(
                 f"{self.key}: replicates = {shown(self.replicates)}; give 1 to 1000000"
+            )
+        if not 1 <= self.days <= self.replicates:
+            raise CalibratorError(
+                f"{self.key}: days = {shown(self.days)}; give 1 to {self.replicates}, on how many"
+                " days the replicates were made"
             )
         if self.condition and self.role == "calibrate":
             raise CalibratorError(
@@ -128,12 +136,12 @@ class Nuisance:
 def read_lab(path: Path) -> list[Observable]:
     """Read a lab file; lines starting with # are notes.
 
-    Columns: setup, condition (may be left out where no row has one), response, value (mean),
-    scatter (standard deviation of one replicate; empty = unknown), replicates, unit (must be the
-    vocabulary's), role (calibrate, held_out or diagnose). Raises CalibratorError with the number of
-    every line that is wrong and the remedy.
+    Columns: setup, condition and days (may be left out where no row has them), response, value
+    (mean), scatter (standard deviation of one replicate; empty = unknown), replicates, unit (must
+    be the vocabulary's), role (calibrate, held_out or diagnose). Raises CalibratorError with the
+    number of every line that is wrong and the remedy.
     """
-    rows = read_rows(path, "lab file", COLUMNS, ("condition",))
+    rows = read_rows(path, "lab file", COLUMNS, OPTIONAL)
     observables, mistakes = [], Mistakes()
     for where, cells in rows:
         with mistakes.noted():
@@ -176,6 +184,7 @@ def _observable(where: str, row: dict[str, str]) -> Observable:
             whole(row["replicates"] or "1"),
             row["role"],
             row.get("condition", ""),
+            whole(row.get("days") or "1"),
         )
     except ValueError as error:
         raise CalibratorError(f"{where}: {error}; write plain numbers") from None

@@ -255,7 +255,9 @@ class Diagnosis:
 
     effects : columns of the library, all unless given. scales : plausible sizes by column, in its
     unit, where they are not the library's: drag matters to fine sand, not to coarse; a negative one
-    looks below the column's default only. nuisances : table of the metrology's errors.
+    looks below the column's default only. nuisances : table of the metrology's errors. day_error :
+    of what the replicates of a day share, over the scatter of one replicate; 0 where they share
+    nothing.
     verify_replicates : fresh seeds of the model before and after. budget_core_hours : more than
     that is not spent without --yes.
     """
@@ -267,6 +269,7 @@ class Diagnosis:
     verify_replicates: int = 5
     seed: int = 700_000
     nuisances: str = ""
+    day_error: float = 1.0
     shipped: str = ""
     budget_core_hours: float = 2.0
     scales: dict[str, float] = field(default_factory=dict)
@@ -302,6 +305,7 @@ class Diagnosis:
             replicates=(1, 99),
             effect_sets=(4, 1000),
             verify_replicates=(2, 99),
+            day_error=(0, 100),
             # above it, those of fingerprints and confirming runs would be more than YADE takes
             seed=(0, 1_500_000_000),
             budget_core_hours=(0, 1e12),

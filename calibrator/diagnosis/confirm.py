@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from calibrator.case.codec import finite
 from calibrator.diagnosis import experiments as ex
@@ -130,12 +131,14 @@ def _standardised(scene: Scene, runs: observed.Averages) -> np.ndarray:
 def _fresh_probability(scene: Scene, one: Explanation, runs: observed.Averages) -> float:
     """Probability that fresh runs miss the measurements, used and held out, by as much as these.
 
-    Errors are those of the measurements, the seeds of the fresh runs, which scatter more where a
-    neck is about to clog or a heap may stand, and of the place in the box where the fit put them.
+    Errors are those of the measurements, the seeds of the fresh runs, and of the place in the box
+    where the fit put them. Fresh runs that scatter more than the laboratory's replicates and runs
+    without effects do are no better for it: their scatter is taken to be the laboratory's.
     """
     plain = np.sqrt(np.diag(scene.surfaces.noise))
-    expected = np.sqrt(plain**2 + scene.surfaces.extra_scatter(one.amplitude))
-    error = observed.pooled_scatter(runs.scatter, runs.count, expected) / np.sqrt(runs.count)
+    usual = np.maximum(plain, _laboratory_scatter(scene))
+    error = np.minimum(observed.pooled_scatter(runs.scatter, runs.count, plain), usual)
+    error = error / np.sqrt(runs.count)
     noise = scene.surfaces.noise / np.outer(plain, plain) * np.outer(error, error)
     added = [len(one.unit) + i for i, e in enumerate(scene.effects) if e.name in one.effects]
     slopes = scene.surfaces.jacobian(one.unit, one.amplitude)[:, [*range(len(one.unit)), *added]]
@@ -147,6 +150,27 @@ def _fresh_probability(scene: Scene, one: Explanation, runs: observed.Averages) 
     return tail(
         float(residual @ np.linalg.solve(covariance, residual)), len(index), scene.surfaces.degrees
     )
+
+
+def _laboratory_scatter(scene: Scene) -> np.ndarray:
+    """Scatter (n,) of one replicate in the laboratory; 0 where it is not known."""
+    return np.array([o.scatter for o in scene.observables])
+
+
+def _unsteady(scene: Scene, runs: observed.Averages) -> tuple[str, float]:
+    """The observable whose fresh runs scatter too much for the laboratory, and how probably so.
+
+    Where one heap stands and the next falls, runs differ by far more than replicates do. Variances
+    are compared by Fisher's F, that of the laboratory pooled with that of runs without effects, and
+    the probability allows for looking at all observables (Bonferroni).
+    """
+    own, plain = _laboratory_scatter(scene), np.sqrt(np.diag(scene.surfaces.noise))
+    replicates = np.array([o.replicates for o in scene.observables])
+    usual = observed.pooled_scatter(own, replicates, plain)
+    degrees = np.where(own > 0, replicates - 1, 0) + observed.PRIOR_DEGREES
+    p = stats.f.sf((runs.scatter / usual) ** 2, np.maximum(runs.count - 1, 1), degrees)
+    worst = int(np.argmin(p))
+    return scene.observables[worst].key, float(min(1.0, p[worst] * len(p)))
 
 
 def _rows(scene: Scene, runs: Sequence[observed.Averages]) -> tuple[ObservableRow, ...]:
@@ -171,6 +195,7 @@ def _rows(scene: Scene, runs: Sequence[observed.Averages]) -> tuple[ObservableRo
 def _explanation(scene: Scene, one: Explanation, runs: observed.Averages) -> ExplanationRun:
     z = _standardised(scene, runs)
     free, used = len(one.unit) + len(one.effects), z[scene.used]
+    unsteady, p_scatter = _unsteady(scene, runs)
     return ExplanationRun(
         effects=one.effects,
         parameters_unit=tuple(float(u) for u in one.unit),
@@ -184,6 +209,8 @@ def _explanation(scene: Scene, one: Explanation, runs: observed.Averages) -> Exp
         degrees=one.degrees,
         adequacy=one.adequacy(scene.surfaces.degrees),
         fresh_probability=_fresh_probability(scene, one, runs),
+        most_scattered=unsteady,
+        scatter_probability=p_scatter,
         gap_used=_rms(used),
         floor_used=math.sqrt(max(len(used) - free, 1) / len(used)),
         gap_held_out=_rms(z[scene.held]) if len(scene.held) else None,

@@ -15,19 +15,31 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.basis import CONFIRMED, diagnosis_basis
 from calibrator.diagnosis.confirm import Confirmation, confirm
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Location, ghost_shares, localise
+from calibrator.diagnosis.limits import Fits
+from calibrator.diagnosis.metrology import explaining_errors
 from calibrator.diagnosis.new_case import write_new_case
-from calibrator.diagnosis.outcome import Diagnosis, ExplanationRun, FingerprintTable, Ghosts
+from calibrator.diagnosis.outcome import (
+    BoundedFit,
+    Diagnosis,
+    ErrorSize,
+    ExplanationRun,
+    FingerprintTable,
+    Ghosts,
+)
 from calibrator.diagnosis.preflight import powers, rows_of
+from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.runs import Scene, prepare
 from calibrator.diagnosis.sentence import sentence, too_few
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
+    BEYOND,
     CANNOT_TELL,
+    MEASUREMENT,
     NAMED,
+    NO_GAP,
     TWO_EFFECTS,
     UNKNOWN,
     Linear,
-    Rule,
     Verdict,
     judge,
 )
@@ -92,6 +104,9 @@ def _found(
         notes=(*scene.notes, *_refutation(verdict, runs.explanations), *runs.notes),
         fingerprint=diagnosis_basis(space.case, [*scene.records, *runs.records]),
         detection=verdict.detection,
+        bounded=_bounded(space, verdict.fits),
+        errors=_errors(space, scene, verdict),
+        day_error=space.case.diagnosis.day_error,
         ghost_probability=finite(verdict.ghost),
         held_out_probability=finite(verdict.held_out),
         posterior=verdict.posterior,
@@ -105,6 +120,47 @@ def _found(
     )
 
 
+def _bounded(space: Workspace, fits: Fits) -> BoundedFit:
+    """The fit within the bounds and beyond, with parameters by name and in their units."""
+    parameters = space.case.problem.parameters
+    unit = fits.wider.unit if fits.wider is not None else np.full(len(parameters), 0.5)
+    values = ex.point(space.case, unit)
+    return BoundedFit(
+        p=fits.p,
+        p_wider=finite(fits.p_wider),
+        at_bounds=tuple(
+            f"{parameters[b.parameter].name} at its"
+            f" {'upper' if b.upper else 'lower'} bound"
+            f" {parameters[b.parameter].high if b.upper else parameters[b.parameter].low:g}"
+            for b in fits.bounds
+        ),
+        beyond=tuple(
+            f"{p.name} = {value:.3g} ({'above' if share > 1 else 'below'} its bounds {p.low:g} to"
+            f" {p.high:g})"
+            for p, share, value in zip(parameters, unit, values, strict=True)
+            if not 0 <= share <= 1
+        ),
+    )
+
+
+def _errors(space: Workspace, scene: Scene, verdict: Verdict) -> tuple[ErrorSize, ...]:
+    """What each shared error of the measurement would have to be to explain the gap."""
+    if verdict.kind == NO_GAP:
+        return ()
+    picture, shared = verdict.picture, scene.measured.only(scene.used).shared
+    sizes = explaining_errors(picture.residual, shared, picture.project, scene.surfaces.degrees)
+    return tuple(
+        ErrorSize(
+            name=one.name,
+            unit=one.unit,
+            stated=one.error,
+            needed=finite(size.times * one.error),
+            p=size.p,
+        )
+        for one, size in zip(space.case.nuisances, sizes, strict=True)
+    )
+
+
 def _confirmed(
     verdict: Verdict, explanations: Sequence[ExplanationRun]
 ) -> tuple[str, tuple[str, ...]]:
@@ -112,22 +168,53 @@ def _confirmed(
 
     A name with which the gap does not shrink is none. Nor is one whose runs do not meet the
     measurements: the surfaces of a wrong effect can bend where no run has been made. Nor one all of
-    whose runs of an experiment failed, which left it out of the explanations. That the gap shrinks
-    is asked on the data used only: those held out may show none to begin with, and then grow by
-    chance.
+    whose runs of an experiment failed, which left it out of the explanations. On data held out,
+    which may show no gap to begin with, it may grow by chance, but not far beyond the noise.
     """
     if verdict.kind not in (NAMED, TWO_EFFECTS):
         return verdict.kind, verdict.effects
-    before, *others = explanations
-    run = next((one for one in others if one.effects == verdict.effects), None)
-    if run is None or run.gap_used >= before.gap_used or run.fresh_probability < Rule().adequacy:
+    run = next((one for one in explanations[1:] if one.effects == verdict.effects), None)
+    if run is None or _contradicted(explanations[0], run):
         return AMBIGUOUS, (*verdict.effects, UNKNOWN)
     return verdict.kind, verdict.effects
 
 
+def _contradicted(before: ExplanationRun, run: ExplanationRun) -> str:
+    """What fresh runs of an explanation say against it, "" if nothing.
+
+    before : the fresh runs of the model as it is.
+    """
+    rule, held = Rule(), before.gap_held_out
+    if run.fresh_probability < rule.adequacy:
+        return f"do not meet the measurements (p = {run.fresh_probability:.2g})"
+    if run.scatter_probability < rule.scatter:
+        return (
+            f"scatter more in {run.most_scattered} than replicates of the laboratory do (p ="
+            f" {run.scatter_probability:.2g}), as where one heap stands and the next falls"
+        )
+    if run.gap_used >= before.gap_used:
+        return "do not make the gap smaller"
+    after = run.gap_held_out
+    if (
+        held is not None
+        and after is not None
+        and after > max(held, rule.grown * run.floor_held_out)
+    ):
+        return f"make the gap on data held out larger ({held:.1f} -> {after:.1f} standard errors)"
+    return ""
+
+
 def _refutation(verdict: Verdict, explanations: Sequence[ExplanationRun]) -> list[str]:
     """A sentence where the data held out, or fresh runs, took a name back."""
-    names = " and ".join(effect_of(n).called for n in verdict.effects if n != UNKNOWN)
+    others = (UNKNOWN, MEASUREMENT, BEYOND)
+    names = " and ".join(effect_of(n).called for n in verdict.effects if n not in others)
+    if BEYOND in verdict.effects:
+        return [f"{names} explains the gap, but so would parameters beyond their bounds: not named"]
+    if MEASUREMENT in verdict.effects:
+        return [
+            f"{names} explains the gap, but with shared errors of the measurement"
+            f" {Rule().shared:g} times as large as stated there is none: not named"
+        ]
     if verdict.best is None and not math.isnan(verdict.held_out):
         return [
             f"{names} explains the data used, but does not predict those held out (p ="
@@ -136,8 +223,8 @@ def _refutation(verdict: Verdict, explanations: Sequence[ExplanationRun]) -> lis
     kept = _confirmed(verdict, explanations) == (verdict.kind, verdict.effects)
     if verdict.best is None or kept:
         return []
-    p = [one.fresh_probability for one in explanations if one.effects == verdict.effects]
-    missed = f"do not meet the measurements (p = {p[0]:.2g})" if p else "did not all come to an end"
+    runs = [one for one in explanations[1:] if one.effects == verdict.effects]
+    missed = _contradicted(explanations[0], runs[0]) if runs else "did not all come to an end"
     return [
         f"{names} explains the surfaces' view of the data, but its runs on YADE {missed}: not named"
     ]

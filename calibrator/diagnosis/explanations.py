@@ -7,7 +7,6 @@ and Learning Algorithms, 2003, ch. 28).
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,9 +17,8 @@ from calibrator.diagnosis.surfaces import Surfaces
 
 # amplitude, in plausible scales: the surfaces are made from up to 1.5 and extrapolate beyond
 LARGEST = 2.5
-# of the explanation that nobody has thought of, in seed scatters of one run
-UNKNOWN_SPREADS = (1.0, 2.0, 4.0)
 STARTS = (0.15, 0.5, 0.85)  # of each parameter, in its range
+AT_END = 1e-4  # shares of a range, or plausible scales
 # the errors of the surfaces depend on where they are used; this converges in two
 VARIANCE_ROUNDS = 2
 
@@ -63,16 +61,22 @@ class Measured:
     values : means (n,) over replicates, each in its response's unit.
     covariance : of these (n, n): scatter, and errors of the metrology.
     replicates : number (n,) of measurements behind each mean.
+    shared : standard deviations (n, m) of m errors that several observables share, each with its
+        signs; the covariance holds them.
     """
 
     values: np.ndarray
     covariance: np.ndarray
     replicates: np.ndarray
+    shared: np.ndarray
 
     def only(self, kept: np.ndarray) -> Measured:
         """The observables at indices or where a mask is true."""
         return Measured(
-            self.values[kept], self.covariance[np.ix_(kept, kept)], self.replicates[kept]
+            self.values[kept],
+            self.covariance[np.ix_(kept, kept)],
+            self.replicates[kept],
+            self.shared[kept],
         )
 
 
@@ -133,7 +137,8 @@ class _Model:
     """An explanation to be fitted, as functions of x: d parameters, then a added amplitudes.
 
     added : indices of the effects; kept : those of the surfaces' observables that were measured;
-    unknown : covariance (n, n) of what lies outside the library.
+    unknown : covariance (n, n) of what lies outside the library; box : lower and upper ends (2, d)
+    of the parameters, as shares of their ranges.
     """
 
     surfaces: Surfaces
@@ -142,15 +147,21 @@ class _Model:
     added: tuple[int, ...]
     kept: np.ndarray
     unknown: np.ndarray
+    box: np.ndarray
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper end (d + a,) of x."""
-        d, ends = self.surfaces.dimensions, [self.effects[k].bounds for k in self.added]
+        ends = [self.effects[k].bounds for k in self.added]
         return (
-            np.concatenate([np.zeros(d), [low for low, _ in ends]]),
-            np.concatenate([np.ones(d), [high for _, high in ends]]),
+            np.concatenate([self.box[0], [low for low, _ in ends]]),
+            np.concatenate([self.box[1], [high for _, high in ends]]),
         )
+
+    def free(self, x: np.ndarray) -> int:
+        """How many of x (d + a,) are fitted: one at its end cannot follow the noise."""
+        low, high = self.bounds
+        return int(((x > low + AT_END) & (x < high - AT_END)).sum())
 
     def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (d,) and amplitudes (k,) of all effects."""
@@ -184,15 +195,18 @@ def explain(
     added: tuple[int, ...] = (),
     kept: np.ndarray | None = None,
     unknown: float = 0.0,
+    box: np.ndarray | None = None,
 ) -> Explanation:
     """Fit parameters and the amplitudes of the added effects (indices) to the measured observables.
 
     kept : indices of the surfaces' observables that were measured, all unless given; unknown : seed
-    scatters by which every observable may differ for reasons outside the library.
+    scatters by which every observable may differ for reasons outside the library; box : ends (2, d)
+    of the parameters, those of their ranges unless given.
     """
     kept = np.arange(len(surfaces.noise)) if kept is None else kept
     own = unknown**2 * np.diag(np.diag(surfaces.noise)[kept])
-    model = _Model(surfaces, measured, effects, added, kept, own)
+    ends = np.repeat([[0.0], [1.0]], surfaces.dimensions, axis=1) if box is None else box
+    model = _Model(surfaces, measured, effects, added, kept, own, ends)
     best, covariance, root, whitening = _fitted(model)
     d, residual = surfaces.dimensions, model.residual(best)
     white, white_slopes = whitening @ residual, whitening @ model.slopes(best)
@@ -211,7 +225,7 @@ def explain(
         amplitude=amplitude,
         amplitude_error=error,
         chi2=chi2,
-        degrees=max(len(residual) - len(best), 1),
+        degrees=max(len(residual) - model.free(best), 1),
         residual=residual,
         covariance=covariance,
         log_evidence=_log_evidence(chi2, root, curvature, d, sizes),
@@ -287,62 +301,3 @@ def _log_evidence(
         if effect.sign == "+":
             log += np.log(2) + float(stats.norm.logcdf(amplitude / error))
     return float(log)
-
-
-@dataclass(frozen=True, eq=False)
-class Rivals:
-    """All explanations of one set of measurements.
-
-    Attributes
-    ----------
-    none : the model as it is.
-    single : each of k effects.
-    log_unknown : log evidence of the explanation that nobody has thought of.
-    """
-
-    none: Explanation
-    single: tuple[Explanation, ...]
-    log_unknown: float
-
-    @property
-    def posterior(self) -> np.ndarray:
-        """Probabilities (k + 2,) of none, each effect and the unknown one.
-
-        They are equally likely beforehand.
-        """
-        logs = np.array(
-            [self.none.log_evidence, *(e.log_evidence for e in self.single), self.log_unknown]
-        )
-        weights = np.exp(logs - logs.max())
-        return np.asarray(weights / weights.sum())
-
-
-def rivals(
-    surfaces: Surfaces,
-    measured: Measured,
-    effects: Sequence[Effect],
-    kept: np.ndarray | None = None,
-) -> Rivals:
-    """Fit every explanation to the measurements."""
-    none = explain(surfaces, measured, effects, kept=kept)
-    single = tuple(explain(surfaces, measured, effects, (k,), kept) for k in range(len(effects)))
-    unknown = [
-        explain(surfaces, measured, effects, (), kept, spread).log_evidence
-        for spread in UNKNOWN_SPREADS
-    ]
-    return Rivals(none, single, float(np.logaddexp.reduce(unknown) - np.log(len(unknown))))
-
-
-def pairs(
-    surfaces: Surfaces,
-    measured: Measured,
-    effects: Sequence[Effect],
-    kept: np.ndarray | None = None,
-) -> list[Explanation]:
-    """Every pair of effects that can be combined, the likeliest first."""
-    fits = [
-        explain(surfaces, measured, effects, (i, j), kept)
-        for i, j in itertools.combinations(range(len(effects)), 2)
-        if effects[j].name not in effects[i].excludes and effects[i].name not in effects[j].excludes
-    ]
-    return sorted(fits, key=lambda fit: fit.deviance)

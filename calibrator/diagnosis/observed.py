@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.lab import Nuisance, Observable
-from calibrator.case.vocabulary import EFFECTS
+from calibrator.case.vocabulary import EFFECTS, PARAMETERS
 from calibrator.diagnosis.experiments import Experiment
 from calibrator.diagnosis.explanations import Effect, Measured
 from calibrator.diagnosis.gap import repeated
@@ -22,6 +23,7 @@ from calibrator.runs.request import Request
 
 # weight of the simulation's scatter beside that of a few replicates in the laboratory
 PRIOR_DEGREES = 4
+ROOM = 0.5  # shares of a range by which a fit may leave it to see whether the box is too small
 
 
 def units(case: Case, requests: Iterable[Request]) -> np.ndarray:
@@ -67,7 +69,20 @@ def surfaces(
         [e.name for e in found],
         {int(r.request.parameters["seed"]) for records in good for r in records},
         {int(r.request.parameters["seed"]) for records in good_changes for r in records},
+        _wider(case),
     )
+
+
+def _wider(case: Case) -> np.ndarray:
+    """Ends (2, d) beyond the case's box: half a range away, and no further than a run may go."""
+    ends = []
+    for p in case.problem.parameters:
+        known = PARAMETERS[p.name]
+        low, high = (math.nan if v is None else v for v in (known.low, known.high))
+        with np.errstate(divide="ignore"):  # a log scale never comes to 0
+            shares = p.shares_of(np.array([low, high], float))
+        ends.append((np.fmax(shares[0], -ROOM), np.fmin(shares[1], 1 + ROOM)))
+    return np.array(ends).T
 
 
 def _requests(records: Sequence[Record]) -> list[Request]:
@@ -146,6 +161,7 @@ def measured(
     found: Surfaces,
     slopes: np.ndarray,
     effects: Sequence[Effect],
+    day_error: float,
 ) -> Measured:
     """The measurements with the covariance of all their errors.
 
@@ -153,7 +169,8 @@ def measured(
     plausible scale, for nuisances that are a small effect. The scatter of a few replicates is
     itself uncertain: where it is the smaller one, it is pooled with the simulation's. All
     observables of an experiment come from the same replicates, so their errors are taken to be
-    correlated as those of the simulation's runs.
+    correlated as those of the simulation's runs. Beside the scatter of replicates each day of an
+    experiment has an error that they share, of day_error times that scatter, and as correlated.
     """
     noise = found.noise
     seed_scatter = np.sqrt(np.diag(noise))
@@ -162,12 +179,13 @@ def measured(
         np.array([o.scatter for o in observables]),
         np.array([o.replicates for o in observables]),
     )
-    error = pooled_scatter(own, replicates, seed_scatter) / np.sqrt(replicates)
-    covariance = correlation * np.outer(error, error)
-    for nuisance in nuisances:
-        column = _nuisance_column(nuisance, observables, slopes, effects)
-        covariance = covariance + np.outer(column, column)
-    return Measured(np.array([o.value for o in observables]), covariance, replicates)
+    scatter, days = pooled_scatter(own, replicates, seed_scatter), [o.days for o in observables]
+    error, day = scatter / np.sqrt(replicates), day_error * scatter / np.sqrt(days)
+    covariance = correlation * (np.outer(error, error) + np.outer(day, day))
+    columns = [_nuisance_column(one, observables, slopes, effects) for one in nuisances]
+    shared = np.array(columns, float).reshape(-1, len(observables)).T
+    values = np.array([o.value for o in observables])
+    return Measured(values, covariance + shared @ shared.T, replicates, shared)
 
 
 def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarray) -> np.ndarray:

@@ -171,6 +171,8 @@ class ExplanationRun:
     amplitudes : of the added effects, by column.
     chi2, deviance, degrees, adequacy : of the fit to the surfaces; adequacy is its probability.
     fresh_probability : of fresh runs that miss the measurements by as much as these do.
+    most_scattered, scatter_probability : the observable whose fresh runs scatter most for what
+        replicates of the laboratory do, and the probability of as much.
     gap_used, gap_held_out : root mean square residual of the fresh runs, in standard errors, of the
         data used and held out; None where none are.
     floor_used, floor_held_out : what noise alone would leave of these.
@@ -184,6 +186,8 @@ class ExplanationRun:
     degrees: int
     adequacy: float
     fresh_probability: float
+    most_scattered: str
+    scatter_probability: float
     gap_used: float
     floor_used: float
     gap_held_out: float | None
@@ -231,6 +235,54 @@ class Ghosts:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BoundedFit:
+    """Whether the model as it is meets the measurements within the bounds of its parameters.
+
+    Attributes
+    ----------
+    p, p_wider : probabilities of as large a chi2 within the bounds, and up to half a range beyond
+        them; the second is None where no parameter is at a bound.
+    at_bounds : parameters at a bound in the fit, each with the bound in words.
+    beyond : where those would be that leave their bounds, in words.
+    """
+
+    p: float
+    p_wider: float | None
+    at_bounds: tuple[str, ...]
+    beyond: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorSize:
+    """A shared error of the measurement, and how large it would have to be to explain the gap.
+
+    Attributes
+    ----------
+    name, unit : as in the table of nuisances.
+    stated : its standard deviation there.
+    needed : the size that explains the gap best, with its sign; None where it touches nothing used.
+    p : probability of what is then left.
+    """
+
+    name: str
+    unit: str
+    stated: float
+    needed: float | None
+    p: float
+
+    @property
+    def words(self) -> str:
+        """The size in words."""
+        if self.needed is None:
+            return self.name
+        unit = self.unit if self.unit == "%" else f" {self.unit}"
+        times = abs(self.needed) / self.stated
+        return (
+            f"{self.name} off by {abs(self.needed):.2g}{unit} ({times:.1f} times its stated error)"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """A verdict on a gap, and what it rests on.
 
@@ -239,12 +291,16 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict : "no gap", "named", "ambiguous", "two effects", "unknown" or "cannot tell".
+    verdict : "no gap", "out of bounds", "named", "ambiguous", "two effects", "unknown" or "cannot
+        tell".
     effects : the name, the pair, or the set that cannot be told apart.
     sentence : the verdict in words with its numbers.
     notes : sentences on runs and observables left out, and on names taken back.
     fingerprint : of what all this was computed from.
     detection : the test for a gap.
+    bounded : the fit of the model as it is within its bounds, and beyond them.
+    errors : shared errors of the measurement, and the size of each that would explain a gap.
+    day_error : of what the replicates of a day share, over the scatter of one, as it was allowed.
     ghost_probability : of a ghost library that explains as much as the best effect.
     held_out_probability : of the data held out, under what would be named.
     posterior : probability of no effect, each effect and the unknown one; none without a gap.
@@ -263,6 +319,9 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     fingerprint: Fingerprint = field(default_factory=dict)
     detection: Detection | None = None
+    bounded: BoundedFit | None = None
+    errors: tuple[ErrorSize, ...] = ()
+    day_error: float | None = None
     ghost_probability: float | None = None
     held_out_probability: float | None = None
     posterior: dict[str, float] = field(default_factory=dict)

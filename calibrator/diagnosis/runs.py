@@ -121,7 +121,9 @@ def prepare(
         plan.experiments,
         ordered,
         surfaces,
-        observed.measured(ordered, case.nuisances, surfaces, slopes, plan.effects),
+        observed.measured(
+            ordered, case.nuisances, surfaces, slopes, plan.effects, case.diagnosis.day_error
+        ),
         used=np.array([i for i in kept if ordered[i].role != "held_out"], int),
         held=np.array([i for i, o in enumerate(ordered) if o.role == "held_out"], int),
         notes=notes,

@@ -6,9 +6,19 @@ import math
 
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Gap
-from calibrator.diagnosis.outcome import Diagnosis, ExplanationRun
-from calibrator.diagnosis.verdict import AMBIGUOUS, NO_GAP, NONE, UNKNOWN
+from calibrator.diagnosis.outcome import BoundedFit, Diagnosis, ExplanationRun
+from calibrator.diagnosis.rule import Rule
+from calibrator.diagnosis.verdict import (
+    AMBIGUOUS,
+    BEYOND,
+    MEASUREMENT,
+    NO_GAP,
+    NONE,
+    OUT_OF_BOUNDS,
+    UNKNOWN,
+)
 
+NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT, BEYOND)
 PLAUSIBLE = 3  # plausible sizes: an effect that is seen from more on only is not worth a mention
 
 
@@ -34,8 +44,10 @@ def sentence(found: Diagnosis) -> str:
     if found.verdict == NO_GAP:
         return (
             f"No gap: the model meets the measurements within their errors (p = {p:.2g})."
-            f" {_could_have_seen(found)}"
+            f" {_at_bounds(found)}{_could_have_seen(found)}{_allowed(found)}"
         )
+    if found.verdict == OUT_OF_BOUNDS:
+        return _out_of_bounds(found.bounded)
     worst = found.locations[0] if found.locations else None
     place = (
         f", most of all in {worst.experiment} (p = {worst.p_holm:.2g})"
@@ -44,15 +56,73 @@ def sentence(found: Diagnosis) -> str:
     )
     gap = f"Simulation and measurement disagree beyond every known error (p = {p:.2g}{place})"
     if found.explained:
-        return f"{gap}. {_named(found)} {_shrunk(found)} {_refuted(found)}"
+        told = (_named(found), _shrunk(found) + _errors(found), _refuted(found), _at_bounds(found))
+        return f"{gap}. {' '.join(told).strip()}"
     if found.verdict == AMBIGUOUS:
         names = " or ".join(_possible(name) for name in found.effects)
-        return f"{gap}; what explains it is ambiguous: {names}. {_next(found)}"
-    return f"{gap}, and no effect of the library explains it: unknown. {_next(found)}"
+        return f"{gap}; what explains it is ambiguous: {names}.{_errors(found)} {_next(found)}"
+    return (
+        f"{gap}, and no effect of the library explains it: unknown.{_errors(found)} {_next(found)}"
+    )
+
+
+def _errors(found: Diagnosis) -> str:
+    """Which errors of the measurement would explain the gap by themselves, and what was allowed."""
+    would = [one for one in found.errors if one.needed is not None and one.p >= Rule().adequacy]
+    would.sort(key=lambda one: abs(one.needed or 0.0) / one.stated)
+    said = ""
+    if would:
+        sizes = ", or ".join(one.words for one in would)
+        said = f" An error of the measurement would do it, too: {sizes}."
+    elif found.errors:
+        said = " No single error in the table of nuisances would do it."
+    return said + _allowed(found)
+
+
+def _allowed(found: Diagnosis) -> str:
+    """What errors that the replicates of a day share were allowed for."""
+    size = found.day_error
+    if size is None:
+        return ""
+    if size == 0:
+        return " No error is allowed for that the replicates of a day share (day_error = 0)."
+    return f" An error of each day of {size:g} replicate scatters is allowed for (day_error)."
+
+
+def _at_bounds(found: Diagnosis) -> str:
+    """A sentence where parameters are at their bounds, else nothing."""
+    if found.bounded is None or not found.bounded.at_bounds:
+        return ""
+    places = " and ".join(found.bounded.at_bounds)
+    return f"Its best fit has {places}: widen the bounds if values beyond are possible. "
+
+
+def _out_of_bounds(fit: BoundedFit | None) -> str:
+    """What to do where the box is too small for the measurements."""
+    if fit is None:
+        raise ValueError("no fit was noted")
+    places = " and ".join(fit.at_bounds)
+    beyond = (
+        f" It would with {' and '.join(fit.beyond)} (p = {fit.p_wider:.2g}, on surfaces that"
+        " extrapolate)."
+        if fit.beyond and fit.p_wider is not None and fit.p_wider > fit.p
+        else ""
+    )
+    return (
+        f"Out of bounds: within its bounds the model does not meet the measurements (p ="
+        f" {fit.p:.2g}), with {places}.{beyond} Nothing can be said of a missing effect: widen the"
+        " bounds, calibrate and diagnose again; where values beyond are impossible, check the"
+        " measurements and the parameters that the case keeps fixed."
+    )
 
 
 def _possible(name: str) -> str:
-    others = {NONE: "nothing", UNKNOWN: "something unknown"}
+    others = {
+        NONE: "nothing",
+        UNKNOWN: "something unknown",
+        MEASUREMENT: "errors of the measurement twice as large as stated",
+        BEYOND: "parameters beyond their bounds",
+    }
     return others.get(name) or effect_of(name).called
 
 
@@ -105,7 +175,7 @@ def _digits(error: float | None) -> str:
 def _shrunk(found: Diagnosis) -> str:
     texts = []
     for gap, words in _gaps(*found.explanations[:2]):
-        closed = "" if math.isnan(gap.closed) else f", {gap.closed:.0%} closed"
+        closed = f", {gap.closed:.0%} closed" if gap.closed >= 0 else ""
         texts.append(
             f"{gap.before:.1f} -> {gap.after:.1f} {words} (noise alone {gap.floor:.1f}{closed})"
         )
@@ -133,5 +203,5 @@ def _refuted(found: Diagnosis) -> str:
 
 def _cures(found: Diagnosis) -> list[str]:
     """What removes the effects in question; some effects no laboratory can remove."""
-    named = [effect_of(name).removed_by for name in found.effects if name not in (NONE, UNKNOWN)]
+    named = [effect_of(n).removed_by for n in found.effects if n not in NO_EFFECTS]
     return [cure for cure in named if cure]

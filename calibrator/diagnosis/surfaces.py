@@ -170,13 +170,19 @@ class Surfaces:
     The change by effects comes from runs and seeds of its own (`changes`), apart from those of the
     model without effects (`plain`): noise that the two shared would look like an effect in the
     residual. effect_scatters (k, n of the experiment) : variances by which runs with each effect
-    scatter more, at its plausible size.
+    scatter more, at its plausible size. wider (2, d) : ends beyond the box up to which the surfaces
+    may be asked where the box itself is in question, as shares of the parameters' ranges.
     """
 
     plain: tuple[Surface, ...]
     changes: tuple[Surface, ...]
     effect_scatters: tuple[np.ndarray, ...]
-    dimensions: int
+    wider: np.ndarray
+
+    @property
+    def dimensions(self) -> int:
+        """Number of parameters d."""
+        return int(self.wider.shape[1])
 
     def mean(self, units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
         """Observables (j, n) at parameters (j, d) and amplitudes (j, k)."""
@@ -254,12 +260,13 @@ def fit_surfaces(
     experiments: Sequence[str],
     plain_seeds: set[int],
     change_seeds: set[int],
+    wider: np.ndarray,
 ) -> Surfaces:
     """Fit all surfaces.
 
     plain : (units (m, d), values (m, n)) per experiment; changes : (units, amplitudes (m, k),
-    values) per experiment, runs without effects among them. Raises CalibratorError where the two
-    families share a seed, and as `Surface.fit` does.
+    values) per experiment, runs without effects among them; wider : as in `Surfaces`. Raises
+    CalibratorError where the two families share a seed, and as `Surface.fit` does.
     """
     shared = plain_seeds & change_seeds
     if shared:
@@ -278,4 +285,4 @@ def fit_surfaces(
     scatters = [
         _effect_scatters(p, c, *own) for p, c, own in zip(without, added, changes, strict=True)
     ]
-    return Surfaces(tuple(without), tuple(added), tuple(scatters), plain[0][0].shape[1])
+    return Surfaces(tuple(without), tuple(added), tuple(scatters), wider)

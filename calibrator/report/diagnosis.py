@@ -16,7 +16,8 @@ from calibrator.diagnosis.outcome import (
     ObservableRow,
     Power,
 )
-from calibrator.diagnosis.verdict import NONE, UNKNOWN, Rule
+from calibrator.diagnosis.rule import Rule
+from calibrator.diagnosis.verdict import BEYOND, MEASUREMENT, NONE, UNKNOWN
 from calibrator.files import write_text
 from calibrator.report.figures import diagnosis as plots
 from calibrator.report.html import Album, note, page, paragraph, section, table
@@ -200,5 +201,10 @@ def _label(row: ObservableRow) -> str:
 
 
 def _words(name: str) -> str:
-    others = {NONE: "nothing missing", UNKNOWN: "something else"}
+    others = {
+        NONE: "nothing missing",
+        UNKNOWN: "something else",
+        MEASUREMENT: "an error of the measurement",
+        BEYOND: "parameters beyond their bounds",
+    }
     return others.get(name) or effect_of(name).called

@@ -88,8 +88,16 @@ def test_an_effect_that_clogs_in_the_confirming_runs_is_left_out_and_no_name(spa
     assert bool(found.new_case) is (index == 2)
 
 
-def fresh(*effects, gap=1.0, p=0.5):
-    return SimpleNamespace(effects=effects, gap_used=gap, fresh_probability=p)
+def fresh(*effects, gap=1.0, p=0.5, held=1.0, scatter=0.5):
+    return SimpleNamespace(
+        effects=effects,
+        gap_used=gap,
+        fresh_probability=p,
+        gap_held_out=held,
+        floor_held_out=1.0,
+        most_scattered="conical_pile.pile_equivalent_angle_deg",
+        scatter_probability=scatter,
+    )
 
 
 @pytest.mark.parametrize(
@@ -100,6 +108,12 @@ def fresh(*effects, gap=1.0, p=0.5):
         ([fresh(gap=3.0), fresh("bond_number", gap=2.0, p=1e-9)], "ambiguous"),
         ([fresh(gap=1.2), fresh("bond_number", gap=1.3)], "ambiguous"),
         ([fresh(gap=3.0), fresh("tilt_deg")], "ambiguous"),  # all runs of the named one failed
+        # held out it grows: by chance, or from 1.1 to 8.3 as heaps do that stand as columns
+        ([fresh(gap=3.0, held=1.1), fresh("bond_number", held=1.6)], "named"),
+        ([fresh(gap=3.0, held=None), fresh("bond_number", held=None)], "named"),
+        ([fresh(gap=3.0, held=1.1), fresh("bond_number", held=8.3)], "ambiguous"),
+        # one heap stands and the next falls
+        ([fresh(gap=3.0), fresh("bond_number", scatter=1e-6)], "ambiguous"),
     ],
 )
 def test_a_name_needs_fresh_runs_that_meet_the_measurements(runs, kind):
@@ -230,3 +244,13 @@ def test_too_few_runs_of_one_experiment_are_refused_before_any_is_made(
     with pytest.raises(CalibratorError, match="ledge@dried 20 runs, below 23"):
         diagnose(space)
     assert not (space.path / "calls.txt").exists()
+
+
+def test_a_laboratory_outside_the_box_is_told_to_widen_it_and_gets_no_name(space):
+    here = space(rolling_friction=0.6)
+    found = diagnose(here)
+    assert (found.verdict, found.effects) == ("out of bounds", ())
+    assert found.bounded.p < 0.01
+    assert any(text.startswith("rolling_friction at its upper") for text in found.bounded.at_bounds)
+    assert "rolling_friction" in found.sentence and "widen the bounds" in found.sentence
+    assert "widen the bounds" in Path(write_diagnosis(here, found)).read_text()

@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from calibrator.diagnosis.explanations import explain, pairs
+from calibrator.diagnosis.explanations import explain
+from calibrator.diagnosis.rivals import pairs
 from tests.toy_world import COUNT, EFFECTS
 
 

@@ -10,6 +10,7 @@ from calibrator.errors import CalibratorError
 RNG = np.random.default_rng(2)
 POINTS = qmc.Sobol(2, seed=1).random(16)
 NONE = np.zeros((16, 1))
+WIDER = np.array([[-0.5, -0.5], [1.5, 1.5]])
 
 
 def smooth(units, amplitudes, bend=0.0):
@@ -68,7 +69,7 @@ def test_an_effect_with_which_runs_scatter_more_does_not_raise_the_noise_of_thos
     sizes = np.resize([0.5, 1.0, 1.5, 0.75], (128, 1))
     plain = RNG.normal(size=(128, 2)) @ np.array([[1.0, 0.6], [0.0, 0.8]])
     changed = 3 * RNG.normal(size=(128, 2)) @ np.array([[1.0, 0.6], [0.0, 0.8]])
-    surfaces = fit_surfaces([(units, plain)], [(units, sizes, changed)], ["ledge"], {1}, {2})
+    surfaces = fit_surfaces([(units, plain)], [(units, sizes, changed)], ["ledge"], {1}, {2}, WIDER)
     # pooled it would be some five times as large
     np.testing.assert_allclose(surfaces.noise, [[1.0, 0.6], [0.6, 1.0]], rtol=0.4)
 
@@ -82,7 +83,7 @@ def test_the_extra_scatter_of_runs_with_one_effect_is_its_own_and_grows_with_it(
     )
     # the heap stands, or it does not
     values[48:, 0] += np.where(RNG.random(32) < 0.5, 6.0, -6.0) * sizes[48:, 1]
-    surfaces = fit_surfaces([(units, plain)], [(units, sizes, values)], ["ledge"], {1}, {2})
+    surfaces = fit_surfaces([(units, plain)], [(units, sizes, values)], ["ledge"], {1}, {2}, WIDER)
     ((first, second),) = surfaces.effect_scatters
     assert first.max() < 1 and second[1] < 1 and 18 < second[0] < 54  # 0, 0 and 36, but for chance
     small, large = (surfaces.extra_scatter(np.array([0.0, a])) for a in (0.5, 1.5))
@@ -97,8 +98,8 @@ def test_too_few_runs_are_refused_with_the_number_that_is_missing():
 def test_a_seed_that_serves_residual_and_fingerprints_is_refused():
     plain, change = (POINTS, smooth(POINTS, NONE)), (POINTS, NONE, smooth(POINTS, NONE))
     with pytest.raises(CalibratorError, match="seed 7 serves both"):
-        fit_surfaces([plain], [change], ["ledge"], {5, 7}, {7, 9})
-    fit_surfaces([plain], [change], ["ledge"], {5, 7}, {8, 9})
+        fit_surfaces([plain], [change], ["ledge"], {5, 7}, {7, 9}, WIDER)
+    fit_surfaces([plain], [change], ["ledge"], {5, 7}, {8, 9}, WIDER)
 
 
 def test_the_jacobian_is_the_derivative_by_range_and_by_scale():
@@ -112,6 +113,7 @@ def test_the_jacobian_is_the_derivative_by_range_and_by_scale():
         ["ledge"],
         {1},
         {2},
+        WIDER,
     )
     slopes = surfaces.jacobian(np.array([0.5, 0.5]), np.zeros(1))
     np.testing.assert_allclose(slopes, [[2, -4, 1], [4, -8, 2]], rtol=0.02)

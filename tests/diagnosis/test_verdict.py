@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from calibrator.diagnosis.explanations import explain
-from calibrator.diagnosis.verdict import Rule, judge, withstands
+from calibrator.diagnosis.rule import Rule
+from calibrator.diagnosis.verdict import judge, withstands
 from tests.toy_world import COUNT, EFFECTS, World
 
 ALL = np.arange(COUNT)
@@ -23,6 +24,33 @@ def judged(world, surfaces, seed, kept=ALL, held=(), off=0.0, **hidden):
 def test_where_nothing_is_hidden_the_verdict_is_no_gap(world, surfaces):
     kinds = [judged(world, surfaces, seed).kind for seed in range(20)]
     assert kinds.count("no gap") >= 18
+
+
+@pytest.mark.parametrize("beyond", [(-0.35, 0.5), (1.35, 0.5), (0.5, -0.3), (1.3, 1.3)])
+def test_a_truth_outside_the_box_is_neither_no_gap_nor_an_effect(world, surfaces, beyond):
+    verdicts = [judged(world, surfaces, seed, unit=beyond) for seed in range(6)]
+    assert {v.kind for v in verdicts} == {"out of bounds"}
+    out = {i: share > 1 for i, share in enumerate(beyond) if not 0 <= share <= 1}
+    for v in verdicts:
+        assert v.fits.p < 0.01 <= v.fits.p_wider
+        assert {b.parameter: b.upper for b in v.fits.bounds}.items() & out.items()
+        for i, upper in out.items():
+            assert (v.fits.wider.unit[i] > 1) if upper else (v.fits.wider.unit[i] < 0)
+
+
+@pytest.mark.parametrize("corner", [(0.0, 0.5), (1.0, 1.0), (0.03, 0.97)])
+def test_a_truth_at_the_edge_of_the_box_is_no_gap_and_the_edge_is_said(world, surfaces, corner):
+    verdicts = [judged(world, surfaces, seed, unit=corner) for seed in range(12)]
+    assert [v.kind for v in verdicts].count("no gap") >= 11
+    assert any(v.fits.bounds for v in verdicts)
+
+
+def test_an_effect_is_still_named_where_parameters_stand_at_a_bound(world, surfaces):
+    verdicts = [
+        judged(world, surfaces, seed, unit=(0.0, 0.5), sizes=(0, 2.0, 0, 0)) for seed in range(6)
+    ]
+    assert [v.kind for v in verdicts].count("named") >= 4
+    assert {v.effects for v in verdicts if v.kind == "named"} == {("drag",)}
 
 
 @pytest.mark.parametrize("hidden", range(len(EFFECTS)))

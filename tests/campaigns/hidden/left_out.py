@@ -19,7 +19,7 @@ import numpy as np
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
-from calibrator.diagnosis.explanations import rivals
+from calibrator.diagnosis.rivals import rivals
 from calibrator.diagnosis.verdict import judge
 from calibrator.plan.design import sobol
 from calibrator.runs.database import Database

@@ -9,8 +9,9 @@ from scipy.stats import chi2
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
-from calibrator.diagnosis.explanations import Effect, Explanation, Measured, Rivals, rivals
+from calibrator.diagnosis.explanations import Effect, Explanation, Measured
 from calibrator.diagnosis.gap import Gap
+from calibrator.diagnosis.rivals import Rivals, rivals
 from calibrator.diagnosis.surfaces import Surfaces
 from calibrator.diagnosis.verdict import Verdict, judge
 from calibrator.plan.design import sobol
@@ -114,7 +115,9 @@ def measurements(
         ),
         0.0,
     )
-    found_errors = observed.measured(reported, nuisances, judged.surfaces, slopes, judged.effects)
+    found_errors = observed.measured(
+        reported, nuisances, judged.surfaces, slopes, judged.effects, case.diagnosis.day_error
+    )
     return replace(found_errors, values=found_errors.values + shift)
 
 
