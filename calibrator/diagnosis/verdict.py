@@ -125,22 +125,15 @@ def judge(
         outside = bool(box.bounds) and box.p < rule.p_chi2
         return Verdict(OUT_OF_BOUNDS if outside else NO_GAP, (), picture, detection, box)
     found = rivals(surfaces, measured, effects, used)
-    if _beats(box, rule, min(one.deviance for one in found.single)):
+    if _beats(box, rule, min((one.deviance for one in found.single), default=np.inf)):
         return Verdict(OUT_OF_BOUNDS, (), picture, detection, box)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
     evidence = _Evidence(surfaces, measured, effects, used, rule, found, ghost)
     kind, names, best = _explained(evidence)
-    p, rival = float("nan"), ""
-    if best is not None:
-        if len(held):
-            p = withstands(surfaces, everything, effects, best, used, held)
-        if p < rule.held_out:
-            rival = UNKNOWN
-        elif _beats(box, rule, best.deviance + rule.lead):
-            rival = BEYOND
-        elif not _outlasts_larger_errors(surfaces, measured, picture, rule, rng):
-            rival = MEASUREMENT
-    if rival:
+    p = float("nan")
+    if best is not None and len(held):
+        p = withstands(surfaces, everything, effects, best, used, held)
+    if best is not None and (rival := _remaining_rival(evidence, box, best, p, picture, rng)):
         kind, names, best = AMBIGUOUS, (*names, rival), None
     adequacy = {one.effects[0]: one.adequacy(surfaces.degrees) for one in found.single}
     return Verdict(
@@ -205,6 +198,27 @@ class _Evidence:
         """Single effects that fit."""
         fits = [(one, one.adequacy(self.surfaces.degrees)) for one in self.rivals.single]
         return [one for one, p in fits if p >= self.rule.adequacy]
+
+
+def _remaining_rival(
+    evidence: _Evidence,
+    box: Fits,
+    best: Explanation,
+    held_out: float,
+    picture: Linear,
+    rng: np.random.Generator,
+) -> str:
+    """What else than the effects of the library may explain what a name does, "" if nothing.
+
+    held_out : probability of the data held out under the name, nan where there are none.
+    """
+    rule = evidence.rule
+    if held_out < rule.held_out:
+        return UNKNOWN
+    if _beats(box, rule, best.deviance + rule.lead):
+        return BEYOND
+    outlasts = _outlasts_larger_errors(evidence.surfaces, evidence.measured, picture, rule, rng)
+    return "" if outlasts else MEASUREMENT
 
 
 def _explained(evidence: _Evidence) -> tuple[str, tuple[str, ...], Explanation | None]:
