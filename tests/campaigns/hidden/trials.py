@@ -7,6 +7,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from calibrator.case.case import Case
+from calibrator.case.vocabulary import RESPONSES
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.explanations import Effect, Explanation, Measured
@@ -95,13 +96,27 @@ def disjoint(
 
 
 def measurements(
-    case: Case, runs: Sequence[np.ndarray], judged: Judged, rng: np.random.Generator
+    case: Case,
+    runs: Sequence[np.ndarray],
+    judged: Judged,
+    rng: np.random.Generator,
+    day: float = 0.0,
+    times: float = 1.0,
 ) -> Measured:
-    """What is measured on runs (replicates, n) of every experiment, with errors of metrology."""
+    """What is measured on runs (replicates, n) of every experiment, with errors of metrology.
+
+    day : error of each experiment's day, in scatters of a run, and correlated as they are; times :
+    as large as the case says that the errors of its table are.
+    """
     found = ex.experiments(case, case.observables)
     ordered = ex.in_order(case.observables, found)
     values = np.hstack(runs)
-    draws = metrology(case.nuisances, rng)
+    if day:
+        noise = judged.surfaces.noise
+        values = values + day * rng.multivariate_normal(np.zeros(len(noise)), noise)
+        least = [-np.inf if (low := RESPONSES[o.response].low) is None else low for o in ordered]
+        values = np.maximum(values, least)  # nobody reports a negative share
+    draws = {name: times * drawn for name, drawn in metrology(case.nuisances, rng).items()}
     d, k = judged.surfaces.dimensions, len(judged.effects)
     slopes = judged.surfaces.jacobian(np.full(d, 0.5), np.zeros(k))[:, d:]
     names = [e.name for e in judged.effects]
