@@ -13,6 +13,7 @@ Geometry, cloud and stages are those of benchmarks/runs/rolling_engines.py. What
 import math
 import shutil
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -206,5 +207,7 @@ def run(request: Request, rolling_viscosity: float, folder: Path) -> Outcome:
 
 def version() -> str:
     """What LIGGGHTS says that it is."""
-    said = subprocess.run(["liggghts", "-h"], capture_output=True, text=True).stdout
+    with tempfile.TemporaryDirectory() as folder:  # it leaves a log where it is called
+        command = ["liggghts", "-h"]
+        said = subprocess.run(command, capture_output=True, text=True, cwd=folder).stdout
     return said.splitlines()[0].partition("(")[2].partition(",")[0] if said else "unknown"

@@ -128,6 +128,7 @@ def seal(case: Case) -> None:
         json.dumps({"truth": vars(one), "salt": secrets.token_hex(16)}, sort_keys=True)
         for one in made
     ]
+    SEALED.parent.mkdir(parents=True, exist_ok=True)
     write_text(SEALED, "\n".join(lines) + "\n")
     write_text(
         COMMITMENTS,
