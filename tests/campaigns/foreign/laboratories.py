@@ -4,6 +4,7 @@ import csv
 import fcntl
 import hashlib
 import io
+import shutil
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -83,6 +84,7 @@ def wanted(rows: list[Row], number: int, experiment: ex.Experiment) -> int:
 def one_run(laboratory: Laboratory, experiment: ex.Experiment, request, folder: Path) -> Row:
     """One run as a row of the table."""
     found = engine.run(request, laboratory.rolling_viscosity, folder)
+    shutil.rmtree(folder, ignore_errors=True)
     row = {
         "laboratory": str(laboratory.number),
         "experiment": experiment.name,
