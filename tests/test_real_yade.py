@@ -94,6 +94,10 @@ def test_the_oracles_of_the_benchmarks_measure_as_the_scripts_do(driven, setup):
     curve = (curves["time"], curves["passed_mass"]) if setup == "hourglass" else None
     status, found = rolling_scans.responses(setup, record.request.parameters, filled, final, curve)
     assert status == record.status and "bulk_density" in found
+    sides = [n for n in found if n.endswith("asymmetry_deg")]
+    # curves are stored in single precision, and rounding decides which side has the middle column
+    # of a raster with an odd number of pixels
+    assert all(abs(found.pop(n) - record.responses[n]) < 0.2 for n in sides)
     assert found == pytest.approx({n: record.responses[n] for n in found}, rel=1e-5)
 
 

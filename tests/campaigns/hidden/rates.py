@@ -247,8 +247,11 @@ def seen(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     return found
 
 
-def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
-    """What each effect must be to be seen and named, at the centre of the box."""
+def smallest(case: Case, judged: Judged, more: np.ndarray | float = 0.0) -> list[dict[str, Any]]:
+    """What each effect must be to be seen and named, at the centre of the box.
+
+    more : covariance (n, n) that is added to the observables'.
+    """
     centre, none = np.full(judged.surfaces.dimensions, 0.5), np.zeros(len(judged.effects))
     values = judged.surfaces.mean(centre, none)[0]
     ordered = ex.in_order(case.observables, ex.experiments(case, case.observables))
@@ -264,7 +267,8 @@ def smallest(case: Case, judged: Judged) -> list[dict[str, Any]]:
         slopes,
         judged.effects,
         case.diagnosis.day_error,
-    ).only(judged.used)
+    )
+    measured = replace(measured, covariance=measured.covariance + more).only(judged.used)
     picture = linear(judged.surfaces, measured, judged.effects, judged.used)
     return [
         {**vars(own), "strong": AMPLITUDES["strong"] * own.scale}

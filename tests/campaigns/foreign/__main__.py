@@ -1,0 +1,33 @@
+"""Is the verdict right where another engine made the laboratory?
+
+    python -m tests.campaigns.foreign seal      draw the truths and publish their hashes, once
+    python -m tests.campaigns.foreign run [N]   carry out the runs in LIGGGHTS, N at a time; resumes
+    python -m tests.campaigns.foreign judge     judge the laboratories that are complete
+
+The second writes grid/foreign_laboratories.csv, the third benchmarks/results/foreign.json.
+"""
+
+import sys
+
+from calibrator.case.toml import read_case
+from tests.campaigns.foreign import laboratories, truths
+
+
+def main() -> None:
+    """Seal, run or judge."""
+    what, *some = sys.argv[1:] or ["judge"]
+    case = read_case(truths.CASE)
+    if what == "seal":
+        truths.seal(case)
+    elif what == "run":
+        laboratories.carry_out(case, int(some[0]) if some else 1)
+    elif what == "judge":
+        from tests.campaigns.foreign import judge
+
+        judge.main(case)
+    else:
+        sys.exit((__doc__ or "").strip())
+
+
+if __name__ == "__main__":
+    main()
