@@ -58,12 +58,14 @@ def test_the_runs_hide_what_the_truth_says_and_share_no_seed(case, drawn):
 
 
 def test_an_edited_truth_breaks_the_seal(case, tmp_path, monkeypatch):
-    monkeypatch.setattr(truths, "SEALED", tmp_path / "truths.json")
+    monkeypatch.setattr(truths, "SEALED", tmp_path / "truths.sealed")
     monkeypatch.setattr(truths, "COMMITMENTS", tmp_path / "commitments.txt")
     truths.seal(case)
     assert len(truths.opened()) == truths.NOTHING + truths.EACH * 8
-    text = truths.SEALED.read_text()
-    truths.SEALED.write_text(text.replace('"kind": "nothing"', '"kind": "tilt_deg"', 1))
+    lines = truths.unpacked()
+    index = next(i for i, line in enumerate(lines) if '"kind": "nothing"' in line)
+    lines[index] = lines[index].replace('"kind": "nothing"', '"kind": "tilt_deg"')
+    truths.pack(lines)
     with pytest.raises(SystemExit, match="the seal is broken"):
         truths.opened()
 

@@ -147,9 +147,8 @@ def pack(lines: list[str]) -> None:
 
 def unpacked() -> list[str]:
     """The lines of all truths."""
-    return (
-        zlib.decompress(base64.b85decode("".join(read_text(SEALED).split()))).decode().split("\n")
-    )
+    packed = base64.b85decode("".join(read_text(SEALED).split()))
+    return zlib.decompress(packed).decode().split("\n")
 
 
 def digest(line: str) -> str:
