@@ -26,8 +26,8 @@ def scripts(tmp_path_factory):
     shutil.copytree(SCRIPTS, folder, ignore=shutil.ignore_patterns("__pycache__"))
     module = folder / "checkpoint.py"
     text = module.read_text()
-    assert text.count("EVERY = 3e8") == 1
-    module.write_text(text.replace("EVERY = 3e8", f"EVERY = {EVERY}"))
+    assert text.count("EVERY = 1e8") == 1
+    module.write_text(text.replace("EVERY = 1e8", f"EVERY = {EVERY}"))
     return folder
 
 

@@ -26,7 +26,7 @@ import zlib
 
 from yade import O, config
 
-EVERY = 3e8  # particle-steps between two checkpoints: three minutes or so of a core
+EVERY = 1e8  # particle-steps between two checkpoints: one or two minutes of a core
 SHORT = 0.1  # share of EVERY up to which a wait is made again, rather than its end be kept
 ENDING = ".bin.gz"  # YADE chooses the format by it
 TRIES = 3  # times that a run goes on from one checkpoint and does not reach the next

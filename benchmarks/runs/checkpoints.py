@@ -1,13 +1,12 @@
 """A run of ten minutes, killed at three moments, beside the undisturbed one.
 
-    python -m benchmarks.runs.checkpoints    three quarters of an hour of a core
+    python -m benchmarks.runs.checkpoints    half an hour of a core
 
 It writes benchmarks/results/checkpoints.json: whether the two records and all their arrays are the
-same, what was made twice, and what the checkpoints cost, for which the run is made once more by
-scripts that never come to one.
+same, where the killed run went on, and what was made twice.
 """
 
-import shutil
+import json
 import subprocess
 import sys
 import tempfile
@@ -34,22 +33,21 @@ REQUEST = Request.of(
     neck_diameter=6.5e-3,
     seed=870_001,
 )
-MOMENTS = (0.3, 0.6, 0.9)  # of the CPU time of the undisturbed run, all processes together
-LINE = "EVERY = 3e8"
+MOMENTS = (0.3, 0.6, 0.9)  # of the CPU time of the undisturbed run
 
 
-def started(scripts: Path, folder: Path) -> subprocess.Popen[bytes]:
+def started(folder: Path) -> subprocess.Popen[bytes]:
     """YADE over the request."""
     folder.mkdir(exist_ok=True)
     write_table(folder / "one.table", [REQUEST])
     environment = {**clean_environment(9e4, 9e4), "YADE_BATCH": "one.table:2"}
-    command = [chosen().yade, "-n", "-x", str(scripts / f"{REQUEST.setup}.py")]
+    command = [chosen().yade, "-n", "-x", str(SCRIPTS / f"{REQUEST.setup}.py")]
     return subprocess.Popen(command, cwd=folder, env=environment, stdout=sys.stderr)
 
 
-def undisturbed(scripts: Path, folder: Path) -> Record:
+def undisturbed(folder: Path) -> Record:
     """The record of a run that is left alone."""
-    started(scripts, folder).wait()
+    started(folder).wait()
     return record_in(folder)
 
 
@@ -58,19 +56,31 @@ def record_in(folder: Path) -> Record:
     return read_record(folder / "records" / f"{REQUEST.run_id}.json", REQUEST)
 
 
-def killed(scripts: Path, folder: Path, moments: list[float]) -> tuple[Record, float]:
-    """The record of a run that is killed at these moments [s of CPU], and the CPU time in all."""
+def killed(folder: Path, moments: list[float]) -> tuple[Record, float]:
+    """The record of a run that is killed at these moments, and the CPU time of all processes [s].
+
+    moments : CPU time [s] of the run itself, which one that goes on counts from its checkpoint.
+    """
     spent = 0.0
     for moment in (*moments, float("inf")):
-        process, own = started(scripts, folder), 0.0
+        process, own, before = started(folder), 0.0, saved_cpu_time(folder)
         while process.poll() is None:
             time.sleep(0.5)
             own = cpu_time(process.pid) or own
-            if spent + own > moment:
+            if before + own > moment:
                 process.kill()
                 process.wait()
         spent += own
     return record_in(folder), spent
+
+
+def saved_cpu_time(folder: Path) -> float:
+    """CPU time [s] of the run up to its last checkpoint, 0 where there is none."""
+    try:
+        text = (folder / "checkpoints" / REQUEST.run_id / "state.json").read_text()
+    except FileNotFoundError:
+        return 0.0
+    return float(json.loads(text)["cpu"])
 
 
 def cpu_time(pid: int) -> float | None:
@@ -95,17 +105,10 @@ def same_arrays(one: Path, other: Path) -> bool:
 
 
 def measure(folder: Path) -> dict:
-    """All runs, compared."""
-    plain = folder / "plain"
-    shutil.copytree(SCRIPTS, plain)
-    text = (plain / "checkpoint.py").read_text()
-    assert text.count(LINE) == 1
-    (plain / "checkpoint.py").write_text(text.replace(LINE, "EVERY = float('inf')"))
-    alone = undisturbed(SCRIPTS, folder / "alone")
+    """Both runs, compared."""
+    alone = undisturbed(folder / "alone")
     moments = [share * stepping(alone) for share in MOMENTS]
-    again, spent = killed(SCRIPTS, folder / "killed", moments)
-    without = undisturbed(plain, folder / "without")
-    names = sorted(alone.responses)
+    again, spent = killed(folder / "killed", moments)
     return {
         "particles": alone.diagnostics["particles"],
         "steps": alone.diagnostics["steps"],
@@ -116,10 +119,6 @@ def measure(folder: Path) -> dict:
         "same_status_and_responses": (alone.status, alone.responses)
         == (again.status, again.responses),
         "same_arrays": same_arrays(folder / "alone", folder / "killed"),
-        "core_seconds_without_checkpoints": rounded(stepping(without), 3),
-        "largest_relative_difference_without": rounded(
-            max(abs(without.responses[n] / alone.responses[n] - 1) for n in names), 2
-        ),
         "yade": alone.provenance["yade"],
     }
 
