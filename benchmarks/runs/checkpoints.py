@@ -1,4 +1,4 @@
-"""A run of ten minutes, killed at three moments, beside the undisturbed one.
+"""A run of eight minutes, killed at three moments, beside the undisturbed one.
 
     python -m benchmarks.runs.checkpoints    half an hour of a core
 
