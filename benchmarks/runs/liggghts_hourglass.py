@@ -23,10 +23,11 @@ import measure
 import packing
 
 WALLS = "all wall/gran model hertz tangential history rolling_friction epsd2"
-INPUT = """
+# what every input begins with, y being periodic (side p) or not (f); grains and walls are alike
+GRAINS = """
 atom_style granular
 atom_modify map array
-boundary f f f
+boundary f {side} f
 newton off
 communicate single vel yes
 units si
@@ -36,10 +37,15 @@ neigh_modify delay 0
 soft_particles yes
 fix m1 all property/global youngsModulus peratomtype {young:.10g} {young:.10g}
 fix m2 all property/global poissonsRatio peratomtype {poisson:.10g} {poisson:.10g}
-fix m3 all property/global coefficientRestitution peratomtypepair 2 {e} {e} {e} {e}
+"""
+MATERIAL = """fix m3 all property/global coefficientRestitution peratomtypepair 2 {e} {e} {e} {e}
 fix m4 all property/global coefficientFriction peratomtypepair 2 {mu} {mu} {mu} {mu}
 fix m5 all property/global coefficientRollingFriction peratomtypepair 2 {mur} {mur} {mur} {mur}
-pair_style gran model hertz tangential history rolling_friction epsd2
+"""
+INPUT = (
+    GRAINS
+    + MATERIAL
+    + """pair_style gran model hertz tangential history rolling_friction epsd2
 pair_coeff * *
 timestep {dt:.10g}
 fix g all gravity 9.81 vector 0.0 0.0 -1.0
@@ -70,6 +76,7 @@ if "${{mean}} > {rest}" then "jump SELF rest"
 print "RESTED ${{s}}"
 write_dump all custom final.dump id x y z
 """
+)
 
 
 def write_facets(path: Path, triangles: list) -> None:
@@ -124,6 +131,7 @@ def write_inputs(
     )
     (folder / "in.hourglass").write_text(
         INPUT.format(
+            side="f",
             walls=WALLS,
             skin=0.4 * radius,
             young=p["young_modulus"],

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.runs.dem import core_seconds
-from benchmarks.runs.liggghts_hourglass import read_centres, write_facets
+from benchmarks.runs.liggghts_hourglass import GRAINS, MATERIAL, read_centres, write_facets
 from benchmarks.runs.rolling_grains import cloud, tube, write_grains
 from benchmarks.runs.rolling_scans import grain_mass, passed, responses
 from calibrator.case.physics import GRAVITY, rayleigh_time, time_step
@@ -36,29 +36,17 @@ variable w equal c_spin
 variable u equal vx[1]
 fix log all print 1 "${s} ${u} ${w}" file grain.txt screen no
 """
-LIGGGHTS = """
-atom_style granular
-atom_modify map array
-boundary f {side} f
-newton off
-communicate single vel yes
-units si
-read_data grains.lmp
-neighbor {skin:.6g} bin
-neigh_modify delay 0
-soft_particles yes
-fix m1 all property/global youngsModulus peratomtype {young:.10g} {young:.10g}
-fix m2 all property/global poissonsRatio peratomtype {poisson:.10g} {poisson:.10g}
-fix m3 all property/global coefficientRestitution peratomtypepair 2 {e} {e} {e} {e}
-fix m4 all property/global coefficientFriction peratomtypepair 2 {mu} {mu} {mu} {mu}
-fix m5 all property/global coefficientRollingFriction peratomtypepair 2 {mur} {mur} {mur} {mur}
-pair_style gran {law}
+LIGGGHTS = (
+    GRAINS
+    + MATERIAL
+    + """pair_style gran {law}
 pair_coeff * *
 timestep {dt:.10g}
 fix g all gravity 9.81 vector 0.0 0.0 -1.0
 {walls}
 fix i all nve/sphere
 """
+)
 LAW = "model hertz tangential history rolling_friction epsd2"
 LAMMPS = """
 units si

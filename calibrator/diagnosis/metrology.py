@@ -7,18 +7,12 @@ a gap is also looked at as one of them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from calibrator.diagnosis.explanations import Measured, tail
+from calibrator.diagnosis.explanations import tail
 from calibrator.diagnosis.gap import Projection
-
-
-def with_larger_errors(measured: Measured, factor: float) -> Measured:
-    """The same measurements with every shared error so many times as large."""
-    more = (factor**2 - 1) * measured.shared @ measured.shared.T
-    return replace(measured, covariance=measured.covariance + more)
 
 
 @dataclass(frozen=True)

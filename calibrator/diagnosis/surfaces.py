@@ -225,12 +225,14 @@ class Surfaces:
     def jacobian(self, unit: np.ndarray, amplitude: np.ndarray, step: float = 1e-4) -> np.ndarray:
         """Derivatives (n, d + k): by each parameter per range, then by each amplitude per scale.
 
-        Central differences, which are exact for quadratic surfaces.
+        Central differences, which are exact for quadratic surfaces; of the regressors, so that what
+        has no coefficient has no slope either, not even one of rounding errors.
         """
         at, d = np.concatenate([unit, amplitude]), len(unit)
         moved = at + step * np.concatenate([np.eye(len(at)), -np.eye(len(at))])
-        ahead, behind = np.split(self.mean(moved[:, :d], moved[:, d:]), 2)
-        return np.asarray((ahead - behind).T / (2 * step))
+        changes = [np.subtract(*np.split(r, 2)) for r in self._rows(moved[:, :d], moved[:, d:])]
+        found = sum(c @ own for c, own in zip(changes, self._coefficients, strict=True))
+        return np.asarray(found).T / (2 * step)
 
     def _rows(self, units: np.ndarray, amplitudes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Regressors without effects, and what the effects add to them, both (j, p)."""

@@ -25,7 +25,6 @@ from calibrator.diagnosis.gap import (
     projection,
 )
 from calibrator.diagnosis.limits import Fits, fits
-from calibrator.diagnosis.metrology import with_larger_errors
 from calibrator.diagnosis.rivals import Rivals, pairs, rivals
 from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.surfaces import Surfaces
@@ -164,9 +163,8 @@ def _outlasts_larger_errors(
     surfaces: Surfaces, measured: Measured, picture: Linear, rule: Rule, rng: np.random.Generator
 ) -> bool:
     """Whether there is a gap still where shared errors are as much larger as the rule says."""
-    larger = with_larger_errors(measured, rule.shared)
-    covariance = picture.none.covariance + larger.covariance - measured.covariance
-    d = surfaces.dimensions
+    more = (rule.shared**2 - 1) * measured.shared @ measured.shared.T
+    covariance, d = picture.none.covariance + more, surfaces.dimensions
     project = projection(covariance, picture.slopes[:, :d])
     prints = fingerprints(
         picture.prints.names, picture.prints.signs, picture.slopes[:, d:], project

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.runs.dem import core_seconds
+from benchmarks.runs.liggghts_hourglass import GRAINS
 from benchmarks.runs.rolling_engines import LAW, liggghts_walls, stages
 from benchmarks.runs.rolling_grains import cloud, size_classes, write_grains
 from benchmarks.runs.rolling_scans import grain_mass, mass_of, responses
@@ -33,20 +34,9 @@ STEP = 0.2  # of the Rayleigh time of the smallest grains
 # the step), and so shake a bed a little for ever: after so long [s] a mean kinetic energy [J] up to
 # this one, 5e-5 of m g d and a tenth of where a filling counts as settled, is rest as well.
 PATIENCE, SPINNING = 1.5, 1e-11
-HEAD = """
-atom_style granular
-atom_modify map array
-boundary f {side} f
-newton off
-communicate single vel yes
-units si
-read_data grains.lmp
-neighbor {skin:.6g} bin
-neigh_modify delay 0
-soft_particles yes
-fix m1 all property/global youngsModulus peratomtype {young} {young}
-fix m2 all property/global poissonsRatio peratomtype {poisson} {poisson}
-{pairs}
+HEAD = (
+    GRAINS
+    + """{pairs}
 pair_style gran {law}
 pair_coeff * *
 timestep {dt:.10g}
@@ -54,6 +44,7 @@ fix g all gravity 9.81 vector {gx:.10g} 0.0 {gz:.10g}
 {walls}
 fix i all nve/sphere
 """
+)
 SHAKEN = """
 variable began equal {began}
 variable swing atom {peak:.10g}*mass*sin({omega:.10g}*(step-v_began)*{dt:.10g})
