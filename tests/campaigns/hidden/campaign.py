@@ -6,8 +6,8 @@
 
 The first leaves diagnosis.csv, which is shipped as grid/missing_effect.csv; the second can be
 resumed and writes grid/missing_effect_pools.csv, with N runs of each instead of five, of classes
-whose label begins with CLASS or whose number it is; the third writes
-benchmarks/results/hidden_effect.json.
+whose label begins with CLASS or whose number it is, or of those of matrix.py where it is "last";
+the third writes benchmarks/results/hidden_effect.json.
 
 A class is a truth: parameters, and nothing hidden, an effect at a weak, middling or strong
 amplitude, an effect outside the library, or a pair. What the bars are about (nothing, strong
@@ -47,6 +47,7 @@ from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run
 from calibrator.terminal import ProgressBar
+from tests.campaigns.hidden import matrix
 from tests.campaigns.hidden.intervals import exact
 from tests.campaigns.hidden.laboratory import REPLICATES, SHIPPED
 from tests.campaigns.hidden.left_out import left_out, said_of_left_out
@@ -60,6 +61,13 @@ FOLDER = RunFolder(REPO / "results" / "missing_effect_pools")
 POOLS = REPO / "grid" / "missing_effect_pools.csv"
 EARLIER = Path(__file__).with_name("earlier_last_tests.json")
 TRIALS = 10  # of a class
+
+
+def chosen_of(everything: Sequence[Class], label: str) -> list[Class]:
+    """Classes whose label begins so or whose number it is; those of matrix.py for "last"."""
+    if label == "last":
+        return [c for c in everything if c.index >= matrix.FIRST]
+    return [c for c in everything if c.label.startswith(label) or str(c.index) == label]
 
 
 def carry_out(case: Case, one: Class, most: int, there: Database) -> None:
@@ -94,7 +102,7 @@ def main() -> None:
     there = Database.read(POOLS) if POOLS.exists() else Database()
     if what == "run":
         most, label = int(some[0]) if some else REPLICATES, some[1] if some[1:] else ""
-        chosen = [c for c in everything if c.label.startswith(label) or str(c.index) == label]
+        chosen = chosen_of(everything, label)
         if not chosen:
             labels = ", ".join(sorted({c.label for c in everything}))
             sys.exit(

@@ -10,6 +10,7 @@ from calibrator.case.physics import contact_time, time_step
 from calibrator.case.toml import read_case
 from calibrator.diagnosis import experiments as ex
 from calibrator.plan.design import sobol
+from tests.campaigns.hidden import matrix
 from tests.campaigns.hidden import campaign as hidden_effect
 from tests.campaigns.hidden import laboratory as hidden
 
@@ -117,11 +118,25 @@ def test_no_seed_serves_two_runs_of_pools_laboratories_and_surfaces(case):
 
 def test_every_class_hides_what_its_label_says(case):
     made = hidden_effect.classes(case)
-    assert [one.index for one in made] == list(range(len(made)))
+    assert len({one.index for one in made}) == len(made)
     assert len({tuple(one.truth["parameters"].values()) for one in made}) == len(made)
     for one in made:
         names = set() if one.strength == "none" else set(one.label.split(" and "))
         assert set(one.truth["hidden"]) == names
+
+
+def test_the_last_test_is_of_the_whole_box_and_the_same_in_all_its_parts(case):
+    last = [one for one in hidden_effect.classes(case) if one.index >= matrix.FIRST]
+    low, high = (ex.point(case, np.full(2, u)) for u in (0.0, 1.0))
+    nothing = np.array(
+        [list(one.truth["parameters"].values()) for one in last if one.strength == "none"]
+    )
+    assert len(nothing) == matrix.NOTHING == 60
+    for own in ((nothing - low) / (high - low)).T:
+        assert sorted((own * matrix.NOTHING).astype(int)) == list(range(matrix.NOTHING))
+    tenth = [one.strength for one in last[: len(last) // 4]]
+    assert tenth.count("none") == 15 and tenth.count("strong") == 9
+    assert tenth.count("outside") == 3
 
 
 def test_a_balance_that_is_off_moves_weights_and_nothing_else(case):

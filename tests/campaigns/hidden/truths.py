@@ -10,6 +10,7 @@ from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Effect
 from calibrator.runs.request import Request
+from tests.campaigns.hidden import matrix
 from tests.campaigns.hidden.laboratory import OUTSIDE, laboratory_requests, truth_of
 
 AMPLITUDES = {"weak": 0.4, "middling": 0.8, "strong": 1.5}
@@ -47,6 +48,20 @@ def classes(case: Case) -> list[Class]:
     made = []
     for index, (label, strength, hidden) in enumerate([*_first(case), *_further(case)]):
         truth = truth_of(case, hidden, np.random.default_rng(index))
+        asked = laboratory_requests(case, truth, found, FIRST_SEED + 100_000 * index, POOL)
+        made.append(Class(label, strength, index, truth, asked))
+    return made + last_test(case, found)
+
+
+def last_test(case: Case, found: Sequence[ex.Experiment]) -> list[Class]:
+    """The laboratories of matrix.py."""
+    effects = [e for e in ex.library(case) if e.name != CONTROL]
+    made = []
+    drawn = matrix.truths(case, effects, AMPLITUDES, PAIRS, list(OUTSIDE))
+    for index, (label, strength, hidden, unit) in enumerate(drawn, matrix.FIRST):
+        values = map(float, ex.point(case, unit))
+        at = dict(zip(case.problem.names, values, strict=True))
+        truth = {"parameters": at, "hidden": hidden}
         asked = laboratory_requests(case, truth, found, FIRST_SEED + 100_000 * index, POOL)
         made.append(Class(label, strength, index, truth, asked))
     return made
