@@ -10,9 +10,9 @@ from calibrator.case.physics import contact_time, time_step
 from calibrator.case.toml import read_case
 from calibrator.diagnosis import experiments as ex
 from calibrator.plan.design import sobol
-from tests.campaigns.hidden import matrix
 from tests.campaigns.hidden import campaign as hidden_effect
 from tests.campaigns.hidden import laboratory as hidden
+from tests.campaigns.hidden import matrix
 
 
 @pytest.fixture(scope="module")
