@@ -135,11 +135,12 @@ def _fresh_probability(scene: Scene, one: Explanation, runs: observed.Averages) 
     where the fit put them. Fresh runs that scatter more than the laboratory's replicates and runs
     without effects do are no better for it: their scatter is taken to be the laboratory's.
     """
-    plain = np.sqrt(np.diag(scene.surfaces.noise))
+    seed_noise = scene.surfaces.noise_at(one.unit)
+    plain = np.sqrt(np.diag(seed_noise))
     usual = np.maximum(plain, _laboratory_scatter(scene))
     error = np.minimum(observed.pooled_scatter(runs.scatter, runs.count, plain), usual)
     error = error / np.sqrt(runs.count)
-    noise = scene.surfaces.noise / np.outer(plain, plain) * np.outer(error, error)
+    noise = seed_noise / np.outer(plain, plain) * np.outer(error, error)
     added = [len(one.unit) + i for i, e in enumerate(scene.effects) if e.name in one.effects]
     slopes = scene.surfaces.jacobian(one.unit, one.amplitude)[:, [*range(len(one.unit)), *added]]
     index = np.concatenate([scene.used, scene.held])
@@ -157,14 +158,14 @@ def _laboratory_scatter(scene: Scene) -> np.ndarray:
     return np.array([o.scatter for o in scene.observables])
 
 
-def _unsteady(scene: Scene, runs: observed.Averages) -> tuple[str, float]:
+def _unsteady(scene: Scene, one: Explanation, runs: observed.Averages) -> tuple[str, float]:
     """The observable whose fresh runs scatter too much for the laboratory, and how probably so.
 
     Where one heap stands and the next falls, runs differ by far more than replicates do. Variances
     are compared by Fisher's F, that of the laboratory pooled with that of runs without effects, and
     the probability allows for looking at all observables (Bonferroni).
     """
-    own, plain = _laboratory_scatter(scene), np.sqrt(np.diag(scene.surfaces.noise))
+    own, plain = _laboratory_scatter(scene), np.sqrt(np.diag(scene.surfaces.noise_at(one.unit)))
     replicates = np.array([o.replicates for o in scene.observables])
     usual = observed.pooled_scatter(own, replicates, plain)
     degrees = np.where(own > 0, replicates - 1, 0) + observed.PRIOR_DEGREES
@@ -195,7 +196,7 @@ def _rows(scene: Scene, runs: Sequence[observed.Averages]) -> tuple[ObservableRo
 def _explanation(scene: Scene, one: Explanation, runs: observed.Averages) -> ExplanationRun:
     z = _standardised(scene, runs)
     free, used = len(one.unit) + len(one.effects), z[scene.used]
-    unsteady, p_scatter = _unsteady(scene, runs)
+    unsteady, p_scatter = _unsteady(scene, one, runs)
     return ExplanationRun(
         effects=one.effects,
         parameters_unit=tuple(float(u) for u in one.unit),

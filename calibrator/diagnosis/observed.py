@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from calibrator.case.case import Case
 from calibrator.case.lab import Nuisance, Observable
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.diagnosis.experiments import Experiment, amplitudes, units
-from calibrator.diagnosis.explanations import Effect, Measured
+from calibrator.diagnosis.explanations import Effect, Measured, explain
 from calibrator.diagnosis.gap import repeated
 from calibrator.diagnosis.surfaces import Surfaces, fit_surfaces
 from calibrator.errors import CalibratorError
@@ -22,6 +23,7 @@ from calibrator.runs.request import Request
 
 # weight of the simulation's scatter beside that of a few replicates in the laboratory
 PRIOR_DEGREES = 4
+LARGER = 0.05  # probability from which replicates scatter more than the simulation
 ROOM = 0.5  # shares of a range by which a fit may leave it to see whether the box is too small
 
 
@@ -141,20 +143,21 @@ def measured(
     observables: Sequence[Observable],
     nuisances: Sequence[Nuisance],
     found: Surfaces,
-    slopes: np.ndarray,
     effects: Sequence[Effect],
     day_error: float,
+    unit: np.ndarray,
 ) -> Measured:
-    """The measurements with the covariance of all their errors.
+    """The measurements with the covariance of all their errors, at parameters (d,).
 
-    observables : n, in the order of the surfaces; slopes (n, k) : changes by each effect per
-    plausible scale, for nuisances that are a small effect. The scatter of a few replicates is
-    itself uncertain: where it is the smaller one, it is pooled with the simulation's. All
-    observables of an experiment come from the same replicates, so their errors are taken to be
-    correlated as those of the simulation's runs. Beside the scatter of replicates each day of an
-    experiment has an error that they share, of day_error times that scatter, and as correlated.
+    observables : n, in the order of the surfaces. Some observables scatter ten times as much in one
+    corner of the box as in another, and a small tilt or neck does more there, so errors are those
+    of a place. The scatter of a few replicates is itself uncertain and is pooled with the
+    simulation's. All observables of an experiment come from the same replicates, so their errors
+    are taken to be correlated as those of the simulation's runs. Beside the scatter of replicates
+    each day of an experiment has an error that they share, of day_error times that scatter, and as
+    correlated.
     """
-    noise = found.noise
+    noise, none = found.noise_at(unit), np.zeros(len(effects))
     seed_scatter = np.sqrt(np.diag(noise))
     correlation = noise / np.outer(seed_scatter, seed_scatter)
     own, replicates = (
@@ -164,21 +167,42 @@ def measured(
     scatter, days = pooled_scatter(own, replicates, seed_scatter), [o.days for o in observables]
     error, day = scatter / np.sqrt(replicates), day_error * scatter / np.sqrt(days)
     covariance = correlation * (np.outer(error, error) + np.outer(day, day))
+    slopes = found.jacobian(unit, none)[:, found.dimensions :]
     columns = [_nuisance_column(one, observables, slopes, effects) for one in nuisances]
     shared = np.array(columns, float).reshape(-1, len(observables)).T
     values = np.array([o.value for o in observables])
     return Measured(values, covariance + shared @ shared.T, replicates, shared)
 
 
+def measured_at_fit(
+    observables: Sequence[Observable],
+    nuisances: Sequence[Nuisance],
+    found: Surfaces,
+    effects: Sequence[Effect],
+    day_error: float,
+    used: np.ndarray,
+) -> Measured:
+    """The measurements with their errors where the model without effects fits them best.
+
+    As in `measured`; the place is that of a fit to the observables at the indices `used` with the
+    errors at the centre of the box.
+    """
+    rest = (observables, nuisances, found, effects, day_error)
+    first = measured(*rest, np.full(found.dimensions, 0.5)).only(used)
+    return measured(*rest, explain(found, first, effects, kept=used).unit)
+
+
 def pooled_scatter(own: np.ndarray, replicates: np.ndarray, simulated: np.ndarray) -> np.ndarray:
     """Scatter (n,) of one replicate, from that of a few and the simulation's.
 
-    The two are pooled, unless the replicates' own is the larger one. own, replicates, simulated :
-    (n,), scatters in the observables' units.
+    The two are pooled, unless the replicates' own is larger by more than chance (Fisher's F).
+    Always to take the larger one would pad the errors: by a fifth with five replicates. own,
+    replicates, simulated : (n,), scatters in the observables' units.
     """
     degrees = np.where(own > 0, replicates - 1, 0)
     pooled = (degrees * own**2 + PRIOR_DEGREES * simulated**2) / (degrees + PRIOR_DEGREES)
-    return np.asarray(np.maximum(np.sqrt(pooled), own))
+    p = stats.f.sf((own / simulated) ** 2, np.maximum(degrees, 1), PRIOR_DEGREES)
+    return np.asarray(np.where((degrees > 0) & (p < LARGER), own, np.sqrt(pooled)))
 
 
 def require_effect(nuisance: Nuisance, effects: Sequence[str]) -> None:

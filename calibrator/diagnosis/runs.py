@@ -114,20 +114,19 @@ def prepare(
     if imagined:
         values = surfaces.mean(centre, none)[0]
         ordered = [replace(o, value=float(v)) for o, v in zip(ordered, values, strict=True)]
-    slopes = surfaces.jacobian(centre, none)[:, surfaces.dimensions :]
     kept, notes = observed.distinct(ordered, surfaces)
     notes += ex.not_looked_for(case).values()
     for e, *two in zip(plan.experiments, own, changed, strict=True):
         notes += observed.left_out(e, [*two[0], *two[1]])
+    used = np.array([i for i in kept if ordered[i].role != "held_out"], int)
+    day = case.diagnosis.day_error
     return Scene(
         plan.effects,
         plan.experiments,
         ordered,
         surfaces,
-        observed.measured(
-            ordered, nuisances(case), surfaces, slopes, plan.effects, case.diagnosis.day_error
-        ),
-        used=np.array([i for i in kept if ordered[i].role != "held_out"], int),
+        observed.measured_at_fit(ordered, nuisances(case), surfaces, plan.effects, day, used),
+        used=used,
         held=np.array([i for i, o in enumerate(ordered) if o.role == "held_out"], int),
         notes=notes,
         records=list(records.values()),

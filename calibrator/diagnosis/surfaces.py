@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
+from calibrator.diagnosis.scatter import Growth, Replicates, noise_and_misfit
 from calibrator.errors import CalibratorError
 
 # of an effect's size: what its square and its products with parameters plausibly amount to
@@ -73,9 +74,10 @@ class Surface:
     ----------
     coefficients : (p, n) of the terms.
     inverse : (p, p), (X'X + ridge)^-1.
-    noise : covariance (n, n) of one run about the surfaces.
+    noise : covariance (n, n) of one run, pooled over the box.
     misfit : variance (n,) by which the surfaces miss the mean of a set, from sets with replicates.
     degrees : of freedom of the noise.
+    growth : of the noise over the box.
     """
 
     coefficients: np.ndarray
@@ -83,6 +85,7 @@ class Surface:
     noise: np.ndarray
     misfit: np.ndarray
     degrees: int
+    growth: Growth
 
     @classmethod
     def fit(
@@ -114,8 +117,10 @@ class Surface:
         inverse[np.ix_(used, used)] = np.linalg.inv(columns.T @ columns + np.diag(penalty))
         coefficients = inverse @ design.T @ values
         left = values - design @ coefficients
-        misfit = _misfit(np.column_stack([units, amplitudes]), values, left, spare)
-        return cls(coefficients, inverse, left.T @ left / spare, misfit, spare)
+        replicates = Replicates.of(np.column_stack([units, amplitudes]), values)
+        noise, misfit = noise_and_misfit(left, spare, replicates)
+        growth = Growth.of(replicates.sets[:, : units.shape[1]], replicates)
+        return cls(coefficients, inverse, noise, misfit, spare, growth)
 
 
 def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarray:
@@ -139,23 +144,6 @@ def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarr
         size = max(float(np.sqrt(np.mean((column / scatter) ** 2))), SMALLEST_EFFECT)
         penalty[own + 1 : own + 2 + d] = 1 / (BENDING * size) ** 2
     return penalty
-
-
-def _misfit(sets: np.ndarray, values: np.ndarray, left: np.ndarray, spare: int) -> np.ndarray:
-    """Variance (n,) of lack of fit; 0 where there are no replicates.
-
-    It is what the residuals have beyond the scatter of replicates (Montgomery, Design and Analysis
-    of Experiments, 8th ed., section 11.4.3), over the mean number of replicates.
-    """
-    _, index, counts = np.unique(sets, axis=0, return_inverse=True, return_counts=True)
-    pure = len(sets) - len(counts)
-    lacking = spare - pure
-    if pure == 0 or lacking <= 0:
-        return np.zeros(values.shape[1])
-    means = np.array([values[index == i].mean(axis=0) for i in range(len(counts))])
-    scatter = ((values - means[index]) ** 2).sum(axis=0)
-    excess = ((left**2).sum(axis=0) - scatter) / lacking - scatter / pure
-    return np.asarray(np.maximum(excess, 0) / counts.mean())
 
 
 def _effect_scatters(
@@ -210,7 +198,7 @@ class Surfaces:
         return np.asarray(
             linalg.block_diag(
                 *[
-                    (without @ p.inverse @ without) * p.noise
+                    (without @ p.inverse @ without) * _grown(p, unit)
                     + np.diag(p.misfit)
                     + (step @ c.inverse @ step) * c.noise
                     for p, c in zip(self.plain, self.changes, strict=True)
@@ -264,10 +252,21 @@ class Surfaces:
             blocks.append(pooled / np.outer(size, size) * np.outer(scatter, scatter))
         return np.asarray(linalg.block_diag(*blocks))
 
+    def noise_at(self, unit: np.ndarray) -> np.ndarray:
+        """Covariance (n, n) of one run of every experiment at parameters (d,)."""
+        root = np.sqrt(np.concatenate([p.growth(unit) for p in self.plain]))
+        return np.asarray(self.noise * np.outer(root, root))
+
     @property
     def degrees(self) -> int:
         """Degrees of freedom of the noise, those of the experiment that has the fewest."""
         return min(p.degrees + c.degrees for p, c in zip(self.plain, self.changes, strict=True))
+
+
+def _grown(surface: Surface, unit: np.ndarray) -> np.ndarray:
+    """The noise (n, n) of one run at parameters (d,)."""
+    root = np.sqrt(surface.growth(unit))
+    return np.asarray(surface.noise * np.outer(root, root))
 
 
 def fit_surfaces(

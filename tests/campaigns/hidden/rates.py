@@ -259,14 +259,13 @@ def smallest(case: Case, judged: Judged, more: np.ndarray | float = 0.0) -> list
         replace(o, value=float(v), scatter=0.0, replicates=REPLICATES)
         for o, v in zip(ordered, values, strict=True)
     ]
-    slopes = judged.surfaces.jacobian(centre, none)[:, judged.surfaces.dimensions :]
     measured = observed.measured(
         imagined,
         case.nuisances,
         judged.surfaces,
-        slopes,
         judged.effects,
         case.diagnosis.day_error,
+        centre,
     )
     measured = replace(measured, covariance=measured.covariance + more).only(judged.used)
     picture = linear(judged.surfaces, measured, judged.effects, judged.used)

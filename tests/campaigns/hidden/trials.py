@@ -130,8 +130,9 @@ def measurements(
         ),
         0.0,
     )
-    found_errors = observed.measured(
-        reported, nuisances, judged.surfaces, slopes, judged.effects, case.diagnosis.day_error
+    day_error, surfaces = case.diagnosis.day_error, judged.surfaces
+    found_errors = observed.measured_at_fit(
+        reported, nuisances, surfaces, judged.effects, day_error, judged.used
     )
     return replace(found_errors, values=found_errors.values + shift)
 
