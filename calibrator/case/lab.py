@@ -13,7 +13,7 @@ from pathlib import Path
 
 from calibrator.case.cells import read_rows, whole
 from calibrator.case.problem import LARGEST, Target, known
-from calibrator.case.vocabulary import EFFECTS, RESPONSES, SETUPS
+from calibrator.case.vocabulary import EFFECTS, PARAMETERS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
 COLUMNS = ("setup", "response", "value", "scatter", "replicates", "unit", "role")
@@ -110,8 +110,10 @@ class Nuisance:
     """An error of the metrology that several observables share, such as that of a balance.
 
     observables : keys, with * and ? as wildcards; or effect:<column>, where the error is one of a
-    known effect, such as the tolerance of the neck. error : standard deviation, in the observables'
-    or the effect's unit, or in per cent of the value; unit : that unit, or "%".
+    known effect, such as the tolerance of the neck; or fixed:<parameter> or
+    fixed:<set-up>.<parameter>, where it is that of a value which the case fixes. error : standard
+    deviation, in the observables', the effect's or the parameter's unit, or in per cent of the
+    value; unit : that unit, or "%".
     """
 
     name: str
@@ -128,8 +130,16 @@ class Nuisance:
             else ""
         )
 
+    @property
+    def fixed(self) -> tuple[str, str] | None:
+        """Set-up, or "", and name of the fixed value that is uncertain; None where it is none."""
+        if not self.observables.startswith("fixed:"):
+            return None
+        setup, _, name = self.observables.removeprefix("fixed:").rpartition(".")
+        return setup, name
+
     def touches(self, observable: Observable) -> bool:
-        """Whether an observable has this error."""
+        """Whether an observable's reading has this error."""
         return fnmatch.fnmatchcase(observable.key, self.observables)
 
 
@@ -204,6 +214,8 @@ def _nuisance(where: str, row: dict[str, str], observables: list[Observable]) ->
         )
     if found.effect:
         units = {EFFECTS[known(found.effect, EFFECTS, f"effect ({where})")].unit}
+    elif found.fixed:
+        units = {_fixed_unit(*found.fixed, where)}
     else:
         units = {RESPONSES[o.response].unit for o in observables if found.touches(o)}
         if not units:
@@ -215,3 +227,18 @@ def _nuisance(where: str, row: dict[str, str], observables: list[Observable]) ->
             f"{where}: unit {found.unit!r}; the error has to be in {' and in '.join(sorted(units))}"
         )
     return found
+
+
+def _fixed_unit(setup: str, name: str, where: str) -> str:
+    """Unit of a parameter that a nuisance calls uncertain.
+
+    Raises CalibratorError for what is none, or no number that a laboratory could be wrong about.
+    """
+    if setup:
+        known(setup, SETUPS, f"set-up ({where})")
+    quantity = PARAMETERS[known(name, PARAMETERS, f"parameter ({where})")]
+    if quantity.effect:
+        raise CalibratorError(f"{where}: {name} is an effect; write effect:{name}")
+    if name == "seed" or isinstance(quantity.default, str):
+        raise CalibratorError(f"{where}: {name} is nothing that a laboratory could be wrong about")
+    return quantity.unit

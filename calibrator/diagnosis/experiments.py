@@ -65,7 +65,14 @@ def library(case: Case) -> list[Effect]:
         sign = effect.sign if scale > 0 else "+"
         found.append(
             Effect(
-                name, sign, scale, least, largest, effect.excludes, control=not effect.removed_by
+                name,
+                sign,
+                scale,
+                least,
+                largest,
+                effect.excludes,
+                control=not effect.removed_by,
+                base=float(quantity.default),
             )
         )
     return found
@@ -174,7 +181,29 @@ def unmeasured(case: Case) -> list[str]:
             "there is no nuisance table: errors that observables share can look like an effect;"
             " write one"
         )
+    elif silent := _not_in_table(case):
+        found.append(
+            f"the nuisance table says nothing of {', '.join(silent)}: add what you know of it, as"
+            " an error that nobody states looks like an effect"
+        )
     return found
+
+
+def _not_in_table(case: Case) -> list[str]:
+    """Errors that most laboratories have and the nuisance table lacks, in words."""
+    table, rows = case.nuisances, case.observables
+
+    def stated(fragment: str, unit: str) -> bool:
+        """Whether an error in this unit touches what is measured of it, or nothing is."""
+        own = [o for o in rows if fragment in o.response]
+        return not own or any(n.unit == unit and n.touches(o) for n in table for o in own)
+
+    kinds = {
+        "the scale of angles (*_angle*_deg, in %)": stated("angle", "%"),
+        "the zero of the clock (*_time, in s)": stated("_time", "s"),
+        "fixed values (such as fixed:restitution)": any(n.fixed for n in table),
+    }
+    return [kind for kind, is_there in kinds.items() if not is_there]
 
 
 def in_order(observables: Sequence[Observable], found: Sequence[Experiment]) -> list[Observable]:
@@ -229,11 +258,17 @@ def effects_in(experiment: Experiment, effects: Sequence[Effect]) -> list[Effect
     Those that its set-up knows, that are not held at a value, as moisture is by drying, and that
     can be combined with what its condition has.
     """
-    return [e for e in effects if _shows(experiment, e.name)]
+    return [
+        e
+        for e in effects
+        if (not e.setups or experiment.setup in e.setups) and _shows(experiment, e.name)
+    ]
 
 
 def _shows(experiment: Experiment, effect: str) -> bool:
     known = effect in parameters_of(experiment.setup) and effect not in experiment.values
+    if effect not in EFFECTS:  # a fixed value that is changed
+        return known
     return known and not any(never_together(effect, one) for one in _switched_on(experiment.values))
 
 
@@ -265,7 +300,7 @@ def amplitudes(
     for k, effect in enumerate(effects):
         if effect in shown:
             sizes = np.array([float(r.value(effect.name)) for r in runs])
-            found[:, k] = (sizes - float(EFFECTS[effect.name].default or 0.0)) / effect.scale
+            found[:, k] = (sizes - effect.base) / effect.scale
     return found
 
 
@@ -299,9 +334,7 @@ def amplitude(effect: Effect, share: float) -> float:
 
 def column_value(effect: Effect, size: float) -> float:
     """Value of the effect's column at an amplitude in plausible scales."""
-    default = EFFECTS[effect.name].default
-    assert isinstance(default, (int, float))
-    return float(default + size * effect.scale)
+    return float(effect.base + size * effect.scale)
 
 
 def point(case: Case, unit: np.ndarray) -> np.ndarray:

@@ -36,6 +36,9 @@ class Effect:
     least, largest : amplitudes that its column can take.
     excludes : columns that it cannot be combined with.
     control : whether no laboratory can remove it, so that nothing could refute its name.
+    base : value of its column without it.
+    setups : that it concerns; all that know its column where there are none.
+    nuisance : what the nuisance table calls it where it is an uncertain value and no candidate.
     """
 
     name: str
@@ -45,6 +48,9 @@ class Effect:
     largest: float = LARGEST
     excludes: tuple[str, ...] = ()
     control: bool = False
+    base: float = 0.0
+    setups: tuple[str, ...] = ()
+    nuisance: str = ""
 
     @property
     def bounds(self) -> tuple[float, float]:

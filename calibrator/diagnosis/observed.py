@@ -17,6 +17,7 @@ from calibrator.diagnosis.experiments import Experiment, amplitudes, units
 from calibrator.diagnosis.explanations import Effect, Measured, explain
 from calibrator.diagnosis.gap import repeated
 from calibrator.diagnosis.surfaces import Surfaces, fit_surfaces
+from calibrator.diagnosis.uncertain import WIDE
 from calibrator.errors import CalibratorError
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -149,7 +150,8 @@ def measured(
 ) -> Measured:
     """The measurements with the covariance of all their errors, at parameters (d,).
 
-    observables : n, in the order of the surfaces. Some observables scatter ten times as much in one
+    observables : n, in the order of the surfaces; effects : all changes that the surfaces have,
+    those of uncertain fixed values last. Some observables scatter ten times as much in one
     corner of the box as in another, and a small tilt or neck does more there, so errors are those
     of a place. The scatter of a few replicates is itself uncertain and is pooled with the
     simulation's. All observables of an experiment come from the same replicates, so their errors
@@ -220,8 +222,11 @@ def _nuisance_column(
     slopes: np.ndarray,
     effects: Sequence[Effect],
 ) -> np.ndarray:
+    if nuisance.fixed:
+        index = [e.nuisance for e in effects].index(nuisance.observables)
+        return np.asarray(slopes[:, index] / WIDE)
     if nuisance.effect:
-        names = [e.name for e in effects]
+        names = [e.name for e in effects if not e.nuisance]
         require_effect(nuisance, names)
         index = names.index(nuisance.effect)
         return np.asarray(slopes[:, index] * nuisance.error / effects[index].scale)

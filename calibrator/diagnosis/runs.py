@@ -15,6 +15,7 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.explanations import Effect, Measured
 from calibrator.diagnosis.surfaces import Surfaces, enough_runs, plain_terms
+from calibrator.diagnosis.uncertain import uncertain
 from calibrator.errors import Mistakes
 from calibrator.plan.design import sobol
 from calibrator.runs import setups
@@ -39,11 +40,13 @@ class Asked:
     Attributes
     ----------
     effects, experiments : what is looked for, and where.
-    plain, changes : runs of the model without effects and of the fingerprints, a list per
-        experiment.
+    uncertain : fixed values that may be wrong.
+    plain, changes : runs of the model without effects, and of the fingerprints and with these
+        values changed, a list per experiment.
     """
 
     effects: list[Effect]
+    uncertain: list[Effect]
     experiments: list[ex.Experiment]
     plain: list[list[Request]]
     changes: list[list[Request]]
@@ -57,12 +60,13 @@ class Asked:
 def asked(case: Case, observables: Sequence[Observable]) -> Asked:
     """The runs that the surfaces of these observables need."""
     effects, found = ex.library(case), ex.experiments(case, observables)
-    points = sobol(case.problem, case.diagnosis.sets)
+    points, values = sobol(case.problem, case.diagnosis.sets), uncertain(case)
     return Asked(
         effects,
+        values,
         found,
         ex.plain_requests(case, found, points),
-        ex.change_requests(case, found, effects, points),
+        ex.change_requests(case, found, [*effects, *values], points),
     )
 
 
@@ -108,7 +112,8 @@ def prepare(
     records = carried_out(space, plan.requests, yes, report)
     Database(records.values()).write(space.folder() / "diagnosis.csv", made_by(space, "diagnose"))
     own, changed = by_experiment(records, plan.plain), by_experiment(records, plan.changes)
-    surfaces = observed.surfaces(case, plan.experiments, plan.effects, own, changed)
+    changes = [*plan.effects, *plan.uncertain]
+    surfaces = observed.surfaces(case, plan.experiments, changes, own, changed)
     ordered = ex.in_order(observables, plan.experiments)
     centre, none = np.full(surfaces.dimensions, 0.5), np.zeros(len(plan.effects))
     if imagined:
@@ -125,7 +130,7 @@ def prepare(
         plan.experiments,
         ordered,
         surfaces,
-        observed.measured_at_fit(ordered, nuisances(case), surfaces, plan.effects, day, used),
+        observed.measured_at_fit(ordered, nuisances(case), surfaces, changes, day, used),
         used=used,
         held=np.array([i for i, o in enumerate(ordered) if o.role == "held_out"], int),
         notes=notes,
@@ -134,11 +139,16 @@ def prepare(
 
 
 def nuisances(case: Case) -> list[Nuisance]:
-    """The errors that observables share; a small amount of a calibrated effect is none.
+    """The errors that observables share; what is calibrated is none.
 
-    The parameter takes it up.
+    The parameter takes up a small amount of its effect, or an uncertain value.
     """
-    return [n for n in case.nuisances if n.effect not in case.problem.names]
+    calibrated = case.problem.names
+    return [
+        n
+        for n in case.nuisances
+        if n.effect not in calibrated and (n.fixed is None or n.fixed[1] not in calibrated)
+    ]
 
 
 def require_diagnosable(case: Case, observables: Sequence[Observable]) -> None:
@@ -189,8 +199,8 @@ def _too_few(case: Case, plan: Asked) -> list[str]:
     """Names of the experiments whose planned runs cannot make their surfaces."""
     found = []
     for e, own, changed in zip(plan.experiments, plan.plain, plan.changes, strict=True):
-        none = np.zeros((len(own), len(plan.effects)))
-        sizes = ex.amplitudes(e, plan.effects, changed)
+        sizes = ex.amplitudes(e, [*plan.effects, *plan.uncertain], changed)
+        none = np.zeros((len(own), sizes.shape[1]))
         if not (
             enough_runs(ex.units(case, e, own), none)
             and enough_runs(ex.units(case, e, changed), sizes)

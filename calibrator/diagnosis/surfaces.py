@@ -208,7 +208,9 @@ class Surfaces:
 
     def extra_scatter(self, amplitude: np.ndarray) -> np.ndarray:
         """Variances (n,) that single runs with effects of amplitudes (k,) have beyond the noise."""
-        return np.asarray(np.asarray(amplitude) ** 2 @ np.hstack(self.effect_scatters))
+        return np.asarray(
+            np.asarray(amplitude) ** 2 @ np.hstack(self.effect_scatters)[: len(amplitude)]
+        )
 
     def jacobian(self, unit: np.ndarray, amplitude: np.ndarray, step: float = 1e-4) -> np.ndarray:
         """Derivatives (n, d + k): by each parameter per range, then by each amplitude per scale.
@@ -223,8 +225,14 @@ class Surfaces:
         return np.asarray(found).T / (2 * step)
 
     def _rows(self, units: np.ndarray, amplitudes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Regressors without effects, and what the effects add to them, both (j, p)."""
-        step, first = terms(units, amplitudes), plain_terms(self.dimensions)
+        """Regressors without effects, and what the effects add to them, both (j, p).
+
+        Changes that amplitudes (j, k) do not have are none: candidates come first, and after them
+        the fixed values that are uncertain.
+        """
+        sizes, first = np.atleast_2d(amplitudes), plain_terms(self.dimensions)
+        lacks = len(self.effect_scatters[0]) - sizes.shape[1]
+        step = terms(units, np.pad(sizes, ((0, 0), (0, lacks))))
         without = np.zeros_like(step)
         without[:, :first] = step[:, :first]
         step[:, :first] = 0.0

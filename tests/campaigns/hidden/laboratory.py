@@ -34,6 +34,7 @@ from calibrator.case.vocabulary import EFFECTS, RESPONSES
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.explanations import Effect
+from calibrator.diagnosis.uncertain import WIDE, uncertain
 from calibrator.files import parse_json, read_text, write_text
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder
@@ -161,6 +162,16 @@ def small_effects(nuisances: Sequence[Nuisance], draws: dict[str, float]) -> dic
     }
 
 
+def fixed_values(case: Case, draws: dict[str, float]) -> dict[str, float]:
+    """What the laboratory's grains and vessels have instead of the fixed values that may be off."""
+    by_row = {n.observables: draws[n.name] for n in case.nuisances}
+    found = {}
+    for one in uncertain(case):
+        size = float(np.clip(by_row[one.nuisance] / WIDE, one.least, one.largest))
+        found[one.name] = ex.column_value(one, size)
+    return found
+
+
 def read_off(
     observables: Sequence[Observable],
     values: np.ndarray,
@@ -174,7 +185,7 @@ def read_off(
     reported = []
     for one, m, s in zip(observables, mean, scatter, strict=True):
         for nuisance in nuisances:
-            if not nuisance.effect and nuisance.touches(one):
+            if not (nuisance.effect or nuisance.fixed) and nuisance.touches(one):
                 m += (
                     draws[nuisance.name]
                     * nuisance.error
@@ -206,10 +217,9 @@ def make(folder: Path, hide: str | None, seed: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     seal(folder, truth)
     found = ex.experiments(case, case.observables)
-    with_small = {
-        **truth,
-        "hidden": _added(truth["hidden"], small_effects(case.nuisances, truth["metrology"])),
-    }
+    small = small_effects(case.nuisances, truth["metrology"])
+    small |= fixed_values(case, truth["metrology"])
+    with_small = {**truth, "hidden": _added(truth["hidden"], small)}
     asked = laboratory_requests(case, with_small, found, LAB_SEED + SEED_STRIDE * seed, REPLICATES)
     records = run(
         RunFolder((folder / "laboratory").resolve()),

@@ -63,6 +63,7 @@ def without(database: Database, case: Case, index: int) -> tuple[Database, list[
         own[index * replicates : (index + 1) * replicates]
         for own in ex.plain_requests(case, found, points)
     ]
+    # the first runs of the fingerprints are those without effects
     beside = [own[index] for own in ex.change_requests(case, found, ex.library(case), points)]
     gone = {r.run_id for own in runs for r in own} | {r.run_id for r in beside}
     values = [observed.values_of(e, database.find(own)) for e, own in zip(found, runs, strict=True)]

@@ -263,7 +263,7 @@ def smallest(case: Case, judged: Judged, more: np.ndarray | float = 0.0) -> list
         imagined,
         case.nuisances,
         judged.surfaces,
-        judged.effects,
+        [*judged.effects, *judged.uncertain],
         case.diagnosis.day_error,
         centre,
     )

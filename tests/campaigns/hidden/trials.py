@@ -14,6 +14,7 @@ from calibrator.diagnosis.explanations import Effect, Explanation, Measured
 from calibrator.diagnosis.gap import Gap
 from calibrator.diagnosis.rivals import Rivals, rivals
 from calibrator.diagnosis.surfaces import Surfaces
+from calibrator.diagnosis.uncertain import WIDE, uncertain
 from calibrator.diagnosis.verdict import Verdict, judge
 from calibrator.plan.design import sobol
 from calibrator.runs.database import Database
@@ -54,9 +55,13 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A library with its surfaces: the whole one, or one from which an effect is withheld."""
+    """A library with its surfaces: the whole one, or one from which an effect is withheld.
+
+    uncertain : fixed values that may be wrong.
+    """
 
     effects: list[Effect]
+    uncertain: list[Effect]
     surfaces: Surfaces
     used: np.ndarray
     held: np.ndarray
@@ -68,17 +73,19 @@ def library(case: Case, database: Database, withheld: str = "") -> Judged:
     found = ex.experiments(case, case.observables)
     points = sobol(case.problem, case.diagnosis.sets)
     plain = [database.find(own) for own in ex.plain_requests(case, found, points)]
+    values = uncertain(case)
     changes = [
-        database.find(own) for own in ex.change_requests(case, found, ex.library(case), points)
+        database.find(own)
+        for own in ex.change_requests(case, found, [*ex.library(case), *values], points)
     ]
     if withheld:
         changes = [[r for r in own if withheld not in r.request.parameters] for own in changes]
-    surfaces = observed.surfaces(case, found, effects, plain, changes)
+    surfaces = observed.surfaces(case, found, [*effects, *values], plain, changes)
     ordered = ex.in_order(case.observables, found)
     kept, _ = observed.distinct(ordered, surfaces)
     used = np.array([i for i in kept if ordered[i].role != "held_out"])
     held = np.array([i for i, o in enumerate(ordered) if o.role == "held_out"])
-    return Judged(effects, surfaces, used, held)
+    return Judged(effects, values, surfaces, used, held)
 
 
 def disjoint(
@@ -117,22 +124,18 @@ def measurements(
         least = [-np.inf if (low := RESPONSES[o.response].low) is None else low for o in ordered]
         values = np.maximum(values, least)  # nobody reports a negative share
     draws = {name: times * drawn for name, drawn in metrology(case.nuisances, rng).items()}
-    d, k = judged.surfaces.dimensions, len(judged.effects)
-    slopes = judged.surfaces.jacobian(np.full(d, 0.5), np.zeros(k))[:, d:]
-    names = [e.name for e in judged.effects]
+    changes, d = [*judged.effects, *judged.uncertain], judged.surfaces.dimensions
+    slopes = judged.surfaces.jacobian(np.full(d, 0.5), np.zeros(len(changes)))[:, d:]
+    names = [e.nuisance or e.name for e in changes]
     nuisances = [n for n in case.nuisances if not n.effect or n.effect in names]
     reported = read_off(ordered, values, nuisances, draws)
     small = small_effects(nuisances, draws)
-    shift = sum(
-        (
-            slopes[:, names.index(n)] * v / judged.effects[names.index(n)].scale
-            for n, v in small.items()
-        ),
-        0.0,
-    )
+    sizes = {n: v / changes[names.index(n)].scale for n, v in small.items()}
+    sizes |= {n.observables: draws[n.name] / WIDE for n in nuisances if n.fixed}
+    shift = sum((slopes[:, names.index(n)] * size for n, size in sizes.items()), 0.0)
     day_error, surfaces = case.diagnosis.day_error, judged.surfaces
     found_errors = observed.measured_at_fit(
-        reported, nuisances, surfaces, judged.effects, day_error, judged.used
+        reported, nuisances, surfaces, changes, day_error, judged.used
     )
     return replace(found_errors, values=found_errors.values + shift)
 
