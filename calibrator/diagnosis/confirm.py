@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import stats
@@ -17,7 +17,7 @@ from calibrator.case.codec import finite
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.basis import CONFIRMED
-from calibrator.diagnosis.explanations import Explanation, tail
+from calibrator.diagnosis.explanations import Explanation, explain, tail
 from calibrator.diagnosis.outcome import Amplitude, ExplanationRun, ObservableRow
 from calibrator.diagnosis.runs import Scene, by_experiment, carried_out
 from calibrator.diagnosis.verdict import Verdict
@@ -29,6 +29,7 @@ from calibrator.runs.request import Request
 from calibrator.runs.workspace import Report, Workspace, made_by
 
 SHORTLIST = 3  # explanations that are run on YADE beside the model as it is
+MOVED = 0.5  # of its standard error: from there on a fit with fresh runs is run once more
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +39,14 @@ class Confirmation:
     Attributes
     ----------
     explanations : each of them, with what its runs say.
+    best : the named one, fitted once more with what its runs say; None where none is named.
     rows : all n observables with their fresh runs.
     notes : sentences on runs and explanations left out.
     records : the finished runs.
     """
 
     explanations: tuple[ExplanationRun, ...]
+    best: Explanation | None
     rows: tuple[ObservableRow, ...]
     notes: tuple[str, ...]
     records: tuple[Record, ...]
@@ -55,37 +58,109 @@ def confirm(
     """Run the explanations worth it on YADE, with new seeds.
 
     An effect all of whose runs of an experiment fail, as by clogging where the laboratory's grains
-    flowed, is left out and said so. Raises CalibratorError where that happens to the model as it
-    is, without which there is nothing to show, and where the runs are beyond the budget unless
-    `yes`.
+    flowed, is left out and said so. What is named is fitted once more with what its runs say, and
+    run again where that moves it: its size by the surfaces alone may be one at which heaps stand
+    that were to fall. Raises CalibratorError where all runs of the model as it is fail, without
+    which there is nothing to show, and where the runs are beyond the budget unless `yes`.
     """
-    tried = _shortlist(verdict)
-    requests = [_fresh(space, scene, one, index) for index, one in enumerate(tried)]
-    records = carried_out(space, [r for one in requests for own in one for r in own], yes, report)
-    Database(records.values()).write(space.folder() / CONFIRMED, made_by(space, "diagnose"))
-    found = [by_experiment(records, own) for own in requests]
-    notes = [
-        note
-        for own in found
-        for e, r in zip(scene.experiments, own, strict=True)
-        for note in observed.left_out(e, r)
-    ]
-    kept, runs = [], []
-    for index, (one, own) in enumerate(zip(tried, found, strict=True)):
-        try:
-            runs.append(observed.averages(scene.experiments, own))
-            kept.append(one)
-        except CalibratorError as error:
-            if index == 0:
-                raise
-            names = " and ".join(one.effects)
-            notes.append(f"{names} could not be run at its best parameters: {error}")
+    tried, best = _shortlist(verdict), verdict.best
+    made = _Runs(space, scene, yes, report)
+    first = made.of(tried, 0)
+    if first[0] is None:
+        raise CalibratorError(made.notes[-1])
+    pairs = [(one, own) for one, own in zip(tried, first, strict=True) if own is not None]
+    index = next((i for i, (one, _) in enumerate(pairs) if one is best), None)
+    if best is not None and index is not None:
+        refit = _refitted(scene, best, pairs[index][1])
+        if _has_moved(best, refit):
+            made.notes.append(_moved_to(scene, best, refit))
+            (again,) = made.of([refit], len(tried))
+            if again is not None:
+                best, pairs[index] = refit, (refit, again)
+        else:
+            best = refit
+            pairs[index] = (refit, pairs[index][1])
     return Confirmation(
-        tuple(_explanation(scene, one, own) for one, own in zip(kept, runs, strict=True)),
-        _rows(scene, runs),
-        tuple(notes),
-        tuple(records.values()),
+        tuple(_explanation(scene, one, own) for one, own in pairs),
+        best,
+        _rows(scene, [own for _, own in pairs]),
+        tuple(made.notes),
+        tuple(made.records.values()),
     )
+
+
+@dataclass(eq=False)
+class _Runs:
+    """Fresh runs of explanations, carried out and kept as they are asked for."""
+
+    space: Workspace
+    scene: Scene
+    yes: bool
+    report: Report
+    records: dict[str, Record] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def of(self, tried: Sequence[Explanation], first: int) -> list[observed.Averages | None]:
+        """What their runs say, None where all runs of an experiment failed, which is noted.
+
+        first : index of the first of them among all, which keeps seeds apart.
+        """
+        space, found = self.space, self.scene.experiments
+        requests = [_fresh(space, self.scene, one, first + i) for i, one in enumerate(tried)]
+        asked = [r for one in requests for own in one for r in own]
+        self.records |= carried_out(space, asked, self.yes, self.report)
+        Database(self.records.values()).write(
+            space.folder() / CONFIRMED, made_by(space, "diagnose")
+        )
+        said: list[observed.Averages | None] = []
+        for one, own in zip(tried, requests, strict=True):
+            runs = by_experiment(self.records, own)
+            for e, r in zip(found, runs, strict=True):
+                self.notes += observed.left_out(e, r)
+            try:
+                said.append(observed.averages(found, runs))
+            except CalibratorError as error:
+                said.append(None)
+                names = " and ".join(one.effects) or "the model as it is"
+                self.notes.append(f"{names} could not be run at its best parameters: {error}")
+        return said
+
+
+def _refitted(scene: Scene, best: Explanation, runs: observed.Averages) -> Explanation:
+    """What is named, with the size and the place that surfaces corrected by its fresh runs give.
+
+    How well it fits, beside the others, stays what the surfaces say of all of them.
+    """
+    noise = scene.surfaces.noise_at(best.unit) / np.sqrt(np.outer(runs.count, runs.count))
+    noise = noise + np.diag(scene.surfaces.extra_scatter(best.amplitude) / runs.count)
+    corrected = scene.surfaces.corrected(best.unit, best.amplitude, runs.mean, noise)
+    added = tuple(i for i, e in enumerate(scene.effects) if e.name in best.effects)
+    measured = scene.measured.only(scene.used)
+    found = explain(corrected, measured, scene.effects, added, scene.used)
+    return replace(
+        best,
+        unit=found.unit,
+        amplitude=found.amplitude,
+        amplitude_error=found.amplitude_error,
+        spread=found.spread,
+    )
+
+
+def _has_moved(before: Explanation, after: Explanation) -> bool:
+    """Whether a fit is away from another by more than MOVED of its errors."""
+    added = ~np.isnan(after.amplitude_error)
+    step = np.concatenate([after.unit - before.unit, (after.amplitude - before.amplitude)[added]])
+    return bool((np.abs(step) > MOVED * np.sqrt(np.diag(after.spread))).any())
+
+
+def _moved_to(scene: Scene, before: Explanation, after: Explanation) -> str:
+    """A sentence on the sizes of what was fitted once more."""
+    sizes = [
+        f"{e.name} = {ex.column_value(e, b):.3g} -> {ex.column_value(e, a):.3g}"
+        for e, b, a in zip(scene.effects, before.amplitude, after.amplitude, strict=True)
+        if e.name in after.effects
+    ]
+    return f"fitted once more with its fresh runs, and run again: {', '.join(sizes)}"
 
 
 def _shortlist(verdict: Verdict) -> list[Explanation]:

@@ -66,6 +66,7 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> Di
         found = _untested(space, len(scene.used), scene.notes, scene.records)
         return space.note("diagnose", found)
     runs = confirm(space, scene, verdict, yes, report)
+    verdict = replace(verdict, best=runs.best)
     found = _found(space, scene, verdict, runs, rng)
     if found.verdict == NAMED:
         found = _with_new_case(found, space, scene, verdict)

@@ -9,7 +9,7 @@ a gap cannot do without.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -173,13 +173,17 @@ class Surfaces:
     model without effects (`plain`): noise that the two shared would look like an effect in the
     residual. effect_scatters (k, n of the experiment) : variances by which runs with each effect
     scatter more, at its plausible size. wider (2, d) : ends beyond the box up to which the surfaces
-    may be asked where the box itself is in question, as shares of the parameters' ranges.
+    may be asked where the box itself is in question, as shares of the parameters' ranges. shift
+    (n,), known (n, n) : what fresh runs at one place add to the surfaces about it, and the
+    covariance of their errors then; None without such runs.
     """
 
     plain: tuple[Surface, ...]
     changes: tuple[Surface, ...]
     effect_scatters: tuple[np.ndarray, ...]
     wider: np.ndarray
+    shift: np.ndarray | None = None
+    known: np.ndarray | None = None
 
     @property
     def dimensions(self) -> int:
@@ -190,10 +194,13 @@ class Surfaces:
         """Observables (j, n) at parameters (j, d) and amplitudes (j, k)."""
         without, step = self._rows(units, amplitudes)
         plain, change = self._coefficients
-        return np.asarray(without @ plain + step @ change)
+        found = without @ plain + step @ change
+        return np.asarray(found if self.shift is None else found + self.shift)
 
     def error(self, unit: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
         """Covariance (n, n) of the observables at parameters (d,) and amplitudes (k,)."""
+        if self.known is not None:
+            return self.known
         without, step = (rows[0] for rows in self._rows(unit, amplitude))
         return np.asarray(
             linalg.block_diag(
@@ -205,6 +212,21 @@ class Surfaces:
                 ]
             )
         )
+
+    def corrected(
+        self, unit: np.ndarray, amplitude: np.ndarray, fresh: np.ndarray, error: np.ndarray
+    ) -> Surfaces:
+        """The surfaces about parameters (d,) and amplitudes (k,), of which fresh runs tell.
+
+        fresh (n,) : means of these runs; error (n, n) : their covariance. Surfaces and runs are
+        weighed by their errors, as in one step of a Kalman filter (Gelman et al., Bayesian Data
+        Analysis, 3rd ed., Eq. 3.13).
+        """
+        own = self.error(unit, amplitude)
+        gain = np.linalg.solve(own + error, own).T
+        shift = gain @ (fresh - self.mean(unit, amplitude)[0])
+        left = own - gain @ own
+        return replace(self, shift=shift, known=(left + left.T) / 2)
 
     def extra_scatter(self, amplitude: np.ndarray) -> np.ndarray:
         """Variances (n,) that single runs with effects of amplitudes (k,) have beyond the noise."""

@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from calibrator.case.lab import Observable
-from calibrator.diagnosis.confirm import _fresh_probability, _unsteady
+from calibrator.diagnosis.confirm import (
+    _fresh_probability,
+    _has_moved,
+    _refitted,
+    _unsteady,
+)
 from calibrator.diagnosis.explanations import explain
 from calibrator.diagnosis.observed import Averages
 from tests.toy_world import COUNT, EFFECTS, REPLICATES
@@ -53,3 +58,31 @@ def test_fresh_runs_that_scatter_much_do_not_excuse_that_they_miss(scene):
     excused = _fresh_probability(found, best, Averages(off, count, usual + 12 * np.eye(COUNT)[4]))
     assert hit > 0.02 > missed
     assert excused < 0.02
+
+
+def test_a_size_is_fitted_once_more_with_what_fresh_runs_say(scene):
+    found, best = scene
+    plain = found.surfaces.mean(best.unit, 0 * best.amplitude)[0]
+    # the effect is half as large again as its surfaces say, as where it bends
+    fresh = plain + 1.5 * (found.surfaces.mean(best.unit, best.amplitude)[0] - plain)
+    refit = _refitted(found, best, Averages(fresh, np.full(COUNT, 50), np.ones(COUNT)))
+    assert _has_moved(best, refit)
+    assert refit.amplitude[0] < best.amplitude[0] - 0.3
+    assert refit.deviance == best.deviance  # which compares it with what was not run again
+
+    same = Averages(
+        found.surfaces.mean(best.unit, best.amplitude)[0], np.full(COUNT, RUNS), np.ones(COUNT)
+    )
+    assert not _has_moved(best, _refitted(found, best, same))
+
+
+def test_surfaces_follow_many_fresh_runs_and_hardly_a_single_one(scene):
+    found, best = scene
+    before = found.surfaces.mean(best.unit, best.amplitude)[0]
+    for error, share in ((1e-6, 1.0), (1e6, 0.0)):
+        own = found.surfaces.corrected(best.unit, best.amplitude, before + 1, error * np.eye(COUNT))
+        moved = own.mean(best.unit, best.amplitude)[0] - before
+        np.testing.assert_allclose(moved, share, atol=1e-3)
+        left = own.error(best.unit, best.amplitude)
+        whole = found.surfaces.error(best.unit, best.amplitude)
+        np.testing.assert_allclose(np.diag(left), (1 - share) * np.diag(whole), atol=1e-3)
