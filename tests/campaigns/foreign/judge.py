@@ -26,11 +26,13 @@ from calibrator.runs.database import Database
 from tests.campaigns.foreign import allowance
 from tests.campaigns.foreign.laboratories import is_complete, read, values_of
 from tests.campaigns.foreign.truths import IN_LIBRARY, OUTSIDE, Laboratory, opened
+from tests.campaigns.hidden.errors import errors_of
 from tests.campaigns.hidden.laboratory import REPLICATES, SHIPPED
 from tests.campaigns.hidden.rates import smallest
 from tests.campaigns.hidden.trials import Judged, library, measurements
 
 TRIALS = 10
+FIRST_SEED = 60_000  # of the errors
 SETTINGS = ("as it is", "with an allowance for the engine")
 Z = 1.959964  # of a 95 % interval
 
@@ -73,7 +75,9 @@ def judged(
     ordered = ex.in_order(case.observables, ex.experiments(case, case.observables))
     verdicts: dict[str, list[Verdict]] = {name: [] for name in SETTINGS}
     for i in range(TRIALS):
-        measured = measurements(case, pool, whole, np.random.default_rng([laboratory.number, i]))
+        rng = np.random.default_rng([laboratory.number, i])
+        errors = errors_of(case.nuisances, FIRST_SEED + laboratory.number)
+        measured = measurements(case, pool, whole, rng, errors)
         more = np.diag(allowance.variances(ordered, measured.values))
         for name, extra in zip(SETTINGS, (0.0, more), strict=True):
             own = replace(measured, covariance=measured.covariance + extra)

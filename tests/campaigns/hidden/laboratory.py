@@ -10,8 +10,8 @@ second sees; the third opens the seal and compares.
 NAME is a column of the library, "none", "soft_grains", "fast_lift" or "vibration" (outside the
 library); without it, it is drawn. So is the seed of the truth unless N is given: whoever knows N
 and NAME knows the truth. The laboratory has seeds of its own, a time step of 0.7 and a stiffness of
-twice the model's, grains of slightly different size, and errors of metrology drawn from the case's
-nuisance table.
+twice the model's, grains of slightly different size, errors of metrology within a factor of two of
+what the case's nuisance table states, and errors of the day (errors.py).
 """
 
 import argparse
@@ -41,6 +41,7 @@ from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
 from calibrator.runs.request import Request
 from calibrator.terminal import ProgressBar
+from tests.campaigns.hidden.errors import errors_of
 
 REPO = Path(__file__).resolve().parents[3]
 CASE = REPO / "cases" / "missing_effect.toml"
@@ -141,15 +142,6 @@ def finer_fraction(case: Case, experiment: ex.Experiment) -> float:
     return FINER * time_step(model) / float(rayleigh_time(stiff))
 
 
-def metrology(nuisances: Sequence[Nuisance], rng: np.random.Generator) -> dict[str, float]:
-    """One draw of every error of the metrology, in standard deviations.
-
-    Errors of reading are added to what is reported, small effects (a neck that is off, a tilt) to
-    the laboratory's runs.
-    """
-    return {n.name: float(rng.standard_normal()) for n in nuisances}
-
-
 def small_effects(nuisances: Sequence[Nuisance], draws: dict[str, float]) -> dict[str, float]:
     """Columns of the nuisances that are a small effect of either sign.
 
@@ -177,8 +169,9 @@ def read_off(
     values: np.ndarray,
     nuisances: Sequence[Nuisance],
     draws: dict[str, float],
+    days: int = 1,
 ) -> list[Observable]:
-    """What the laboratory reports of runs (replicates, n), with its errors of reading."""
+    """What the laboratory reports of runs (replicates, n) on some days, with errors of reading."""
     mean, scatter = values.mean(axis=0), np.zeros(values.shape[1])
     if len(values) > 1:  # a single run knows no scatter of its own
         scatter = values.std(axis=0, ddof=1)
@@ -193,7 +186,14 @@ def read_off(
                 )
         reported.append(
             Observable(
-                one.setup, one.response, float(m), float(s), len(values), one.role, one.condition
+                one.setup,
+                one.response,
+                float(m),
+                float(s),
+                len(values),
+                one.role,
+                one.condition,
+                days,
             )
         )
     return reported
@@ -203,17 +203,20 @@ def lab_text(observables: Sequence[Observable], notes: Sequence[str]) -> str:
     """The lab file."""
     rows = [
         f"{o.setup},{o.condition},{o.response},{o.value!r},{o.scatter!r},{o.replicates},"
-        f"{RESPONSES[o.response].unit},{o.role}"
+        f"{RESPONSES[o.response].unit},{o.role},{o.days}"
         for o in observables
     ]
-    return "".join(f"# {n}\n" for n in notes) + "\n".join([",".join(WITH_CONDITION), *rows]) + "\n"
+    head = ",".join([*WITH_CONDITION, "days"])
+    return "".join(f"# {n}\n" for n in notes) + "\n".join([head, *rows]) + "\n"
 
 
 def make(folder: Path, hide: str | None, seed: int) -> None:
     """Draw, seal, run, report."""
     case, rng = read_case(CASE), np.random.default_rng(seed)
     truth = truth_of(case, hidden_effect(case, hide, rng), rng)
-    truth["metrology"] = metrology(case.nuisances, rng)
+    errors = errors_of(case.nuisances, seed)
+    # errors of reading are added to what is reported, small effects to the laboratory's runs
+    truth["metrology"] = errors.drawn(case.nuisances, rng)
     folder.mkdir(parents=True, exist_ok=True)
     seal(folder, truth)
     found = ex.experiments(case, case.observables)
@@ -240,11 +243,16 @@ def make(folder: Path, hide: str | None, seed: int) -> None:
             f"{fewest} runs of an experiment ended well: such a laboratory has nothing to report;"
             " take another seed"
         )
+    with_days = [
+        errors.of_days(v, np.cov(v.T).reshape(2 * (v.shape[1],)), rng)
+        for v in (own[:fewest] for own in values)
+    ]
     reported = read_off(
         ex.in_order(case.observables, found),
-        np.hstack([v[:fewest] for v in values]),
+        np.hstack(with_days),
         case.nuisances,
         truth["metrology"],
+        min(errors.days, fewest),
     )
     _write_case(
         folder,

@@ -23,6 +23,7 @@ from calibrator.diagnosis.rivals import rivals
 from calibrator.diagnosis.verdict import judge
 from calibrator.plan.design import sobol
 from calibrator.runs.database import Database
+from tests.campaigns.hidden.errors import errors_of
 from tests.campaigns.hidden.intervals import exact, interval, laboratories_with, upper
 from tests.campaigns.hidden.rates import is_alarm
 from tests.campaigns.hidden.trials import Trial, by_bic, library, measurements
@@ -85,7 +86,8 @@ def left_out(
         judged, rng = library(case, rest), np.random.default_rng(FIRST_SEED + index)
         said, bic = [], []
         for _ in range(trials):
-            measured = measurements(case, runs, judged, rng)
+            errors = errors_of(case.nuisances, FIRST_SEED + index)
+            measured = measurements(case, runs, judged, rng, errors)
             verdict = judge(
                 judged.surfaces, measured, judged.effects, judged.used, rng, held=judged.held
             )

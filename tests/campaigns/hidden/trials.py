@@ -18,10 +18,10 @@ from calibrator.diagnosis.uncertain import WIDE, uncertain
 from calibrator.diagnosis.verdict import Verdict, judge
 from calibrator.plan.design import sobol
 from calibrator.runs.database import Database
+from tests.campaigns.hidden.errors import Errors, errors_of
 from tests.campaigns.hidden.laboratory import (
     OUTSIDE,
     REPLICATES,
-    metrology,
     read_off,
     small_effects,
 )
@@ -107,28 +107,20 @@ def measurements(
     runs: Sequence[np.ndarray],
     judged: Judged,
     rng: np.random.Generator,
-    day: float = 0.0,
-    times: float = 1.0,
+    errors: Errors,
 ) -> Measured:
-    """What is measured on runs (replicates, n) of every experiment, with errors of metrology.
-
-    day : error of each experiment's day, in scatters of a run, and correlated as they are; times :
-    as large as the case says that the errors of its table are.
-    """
+    """What is measured on runs (replicates, n) of every experiment, with errors of metrology."""
     found = ex.experiments(case, case.observables)
     ordered = ex.in_order(case.observables, found)
-    values = np.hstack(runs)
-    if day:
-        noise = judged.surfaces.noise
-        values = values + day * rng.multivariate_normal(np.zeros(len(noise)), noise)
-        least = [-np.inf if (low := RESPONSES[o.response].low) is None else low for o in ordered]
-        values = np.maximum(values, least)  # nobody reports a negative share
-    draws = {name: times * drawn for name, drawn in metrology(case.nuisances, rng).items()}
+    values = errors.of_days(np.hstack(runs), judged.surfaces.noise, rng)
+    least = [-np.inf if (low := RESPONSES[o.response].low) is None else low for o in ordered]
+    values = np.maximum(values, least)  # nobody reports a negative share
+    draws = errors.drawn(case.nuisances, rng)
     changes, d = [*judged.effects, *judged.uncertain], judged.surfaces.dimensions
     slopes = judged.surfaces.jacobian(np.full(d, 0.5), np.zeros(len(changes)))[:, d:]
     names = [e.nuisance or e.name for e in changes]
     nuisances = [n for n in case.nuisances if not n.effect or n.effect in names]
-    reported = read_off(ordered, values, nuisances, draws)
+    reported = read_off(ordered, values, nuisances, draws, min(errors.days, len(values)))
     small = small_effects(nuisances, draws)
     sizes = {n: v / changes[names.index(n)].scale for n, v in small.items()}
     sizes |= {n.observables: draws[n.name] / WIDE for n in nuisances if n.fixed}
@@ -149,7 +141,8 @@ def trial(
     rng: np.random.Generator,
 ) -> Trial:
     """Judge one laboratory, and what simpler rules would have said."""
-    everything = measurements(case, runs, judged, rng)
+    errors = errors_of(case.nuisances, one.index)
+    everything = measurements(case, runs, judged, rng, errors)
     measured = everything.only(judged.used)
     verdict = judge(judged.surfaces, everything, judged.effects, judged.used, rng, held=judged.held)
     found = verdict.rivals or rivals(judged.surfaces, measured, judged.effects, judged.used)

@@ -25,6 +25,7 @@ from calibrator.diagnosis import observed
 from calibrator.diagnosis.verdict import NO_GAP, judge
 from calibrator.runs.database import Database
 from tests.campaigns.hidden.campaign import CASE, POOLS
+from tests.campaigns.hidden.errors import Errors
 from tests.campaigns.hidden.intervals import exact, laboratories_with
 from tests.campaigns.hidden.laboratory import REPLICATES, SHIPPED
 from tests.campaigns.hidden.left_out import without
@@ -36,18 +37,28 @@ FIRST_SEED = 30_000  # of the errors
 
 
 @dataclass(frozen=True)
-class Errors:
+class Setting:
     """Errors that a laboratory has, and the error of a day that the diagnosis allows for.
 
-    day, allowed : in scatters of one replicate; times : shared errors over those stated.
+    day, allowed : in scatters of one replicate; days : of the replicates; times : shared errors
+    over those stated.
     """
 
     day: float
+    days: int
     times: float
     allowed: float
 
 
-SETTINGS = (Errors(1, 1, 0), Errors(0, 1, 1), Errors(1, 1, 1), Errors(1, 2, 1), Errors(0.5, 1, 1))
+SETTINGS = (
+    Setting(1, 1, 1, 0),
+    Setting(0, 1, 1, 1),
+    Setting(0.5, 1, 1, 1),
+    Setting(1, 1, 1, 1),
+    Setting(1, 3, 1, 1),
+    Setting(1, 1, 2, 1),
+    Setting(1, 3, 2, 1),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +93,13 @@ def laboratories(case: Case, shipped: Database) -> Iterator[Laboratory]:
             yield Laboratory(f"set {index}", "", runs, library(case, rest))
 
 
-def said(case: Case, one: Laboratory, errors: Errors, seed: int) -> list[str]:
+def said(case: Case, one: Laboratory, setting: Setting, seed: int) -> list[str]:
     """What is printed in each trial of a laboratory."""
-    told = replace(case, diagnosis=replace(case.diagnosis, day_error=errors.allowed))
+    told = replace(case, diagnosis=replace(case.diagnosis, day_error=setting.allowed))
+    errors = Errors(setting.day, setting.days, {n.name: setting.times for n in case.nuisances})
     rng, found = np.random.default_rng(seed), []
     for _ in range(TRIALS):
-        measured = measurements(told, one.runs, one.judged, rng, errors.day, errors.times)
+        measured = measurements(told, one.runs, one.judged, rng, errors)
         surfaces, effects = one.judged.surfaces, one.judged.effects
         verdict = judge(surfaces, measured, effects, one.judged.used, rng, held=one.judged.held)
         found.append(verdict.said)
@@ -126,8 +138,8 @@ def main() -> None:
     case, shipped = read_case(CASE), Database.read(SHIPPED)
     found: list[list[tuple[Laboratory, list[str]]]] = [[] for _ in SETTINGS]
     for number, one in enumerate(laboratories(case, shipped)):
-        for index, errors in enumerate(SETTINGS):
-            words = said(case, one, errors, FIRST_SEED + 10 * number + index)
+        for index, setting in enumerate(SETTINGS):
+            words = said(case, one, setting, FIRST_SEED + 10 * number + index)
             found[index].append((one, words))
         print(one.name, one.hidden, [own[-1][1] for own in found], file=sys.stderr, flush=True)
     results = [{**vars(e), **rates(own)} for e, own in zip(SETTINGS, found, strict=True)]
