@@ -15,6 +15,10 @@ from scipy import linalg, optimize, stats
 
 from calibrator.diagnosis.surfaces import Surfaces
 
+# factor within which laboratories know the errors that their observables share, and the mean square
+# of that factor where its logarithm is uniform
+KNOWN_WITHIN = 2.0
+LIKELY = (KNOWN_WITHIN**2 - KNOWN_WITHIN**-2) / (4 * np.log(KNOWN_WITHIN))
 # amplitude, in plausible scales: the surfaces are made from up to 1.5 and extrapolate beyond
 LARGEST = 2.5
 STARTS = (0.15, 0.5, 0.85)  # of each parameter, in its range
@@ -68,7 +72,7 @@ class Measured:
     covariance : of these (n, n): scatter, and errors of the metrology.
     replicates : number (n,) of measurements behind each mean.
     shared : standard deviations (n, m) of m errors that several observables share, each with its
-        signs; the covariance holds them.
+        signs, as the laboratory states them; the covariance holds them LIKELY as large in square.
     """
 
     values: np.ndarray

@@ -14,7 +14,7 @@ from calibrator.case.case import Case
 from calibrator.case.lab import Nuisance, Observable
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.diagnosis.experiments import Experiment, amplitudes, units
-from calibrator.diagnosis.explanations import Effect, Measured, explain
+from calibrator.diagnosis.explanations import LIKELY, Effect, Measured, explain
 from calibrator.diagnosis.gap import repeated
 from calibrator.diagnosis.surfaces import Surfaces, fit_surfaces
 from calibrator.diagnosis.uncertain import WIDE
@@ -157,7 +157,8 @@ def measured(
     simulation's. All observables of an experiment come from the same replicates, so their errors
     are taken to be correlated as those of the simulation's runs. Beside the scatter of replicates
     each day of an experiment has an error that they share, of day_error times that scatter, and as
-    correlated.
+    correlated. What the table of nuisances states is taken to be right within a factor of
+    KNOWN_WITHIN.
     """
     noise, none = found.noise_at(unit), np.zeros(len(effects))
     seed_scatter = np.sqrt(np.diag(noise))
@@ -173,7 +174,7 @@ def measured(
     columns = [_nuisance_column(one, observables, slopes, effects) for one in nuisances]
     shared = np.array(columns, float).reshape(-1, len(observables)).T
     values = np.array([o.value for o in observables])
-    return Measured(values, covariance + shared @ shared.T, replicates, shared)
+    return Measured(values, covariance + LIKELY * shared @ shared.T, replicates, shared)
 
 
 def measured_at_fit(

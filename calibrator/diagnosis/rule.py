@@ -12,8 +12,9 @@ class Rule:
     Attributes
     ----------
     p_effect, p_chi2 : probabilities below which there is a gap: of the best likelihood ratio of any
-        effect, and of the residual's length. Together they are to raise the alarm in fewer than one
-        complete model of twenty; the sharper test has the larger share.
+        effect, and of the residual's length. Together they are to raise the alarm in one complete
+        model of forty, so that it stays fewer than one of twenty where errors are twice as large as
+        stated; the sharper test has the larger share.
     adequacy : probability that a fit needs to count as one, of the surfaces or of fresh runs.
     posterior : that a name needs among all explanations, "unknown" among them.
     lead : in deviance (minus twice the log likelihood) before any rival: 6 is twenty to one.
@@ -31,11 +32,11 @@ class Rule:
         laboratory scatter alike.
     grown : times what noise would leave, to which the gap on data held out may grow.
     shared : times as large as stated that the errors which observables share may be, with the gap
-        still there: laboratories know them within a factor of two.
+        still there: laboratories know them within a factor of two (explanations.KNOWN_WITHIN).
     """
 
-    p_effect: float = 0.03
-    p_chi2: float = 0.01
+    p_effect: float = 0.02
+    p_chi2: float = 0.005
     adequacy: float = 0.02
     posterior: float = 0.9
     lead: float = 6.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calibrator.diagnosis.explanations import (
+    LIKELY,
     Effect,
     Explanation,
     Measured,
@@ -163,7 +164,7 @@ def _outlasts_larger_errors(
     surfaces: Surfaces, measured: Measured, picture: Linear, rule: Rule, rng: np.random.Generator
 ) -> bool:
     """Whether there is a gap still where shared errors are as much larger as the rule says."""
-    more = (rule.shared**2 - 1) * measured.shared @ measured.shared.T
+    more = (rule.shared**2 - LIKELY) * measured.shared @ measured.shared.T
     covariance, d = picture.none.covariance + more, surfaces.dimensions
     project = projection(covariance, picture.slopes[:, :d])
     prints = fingerprints(

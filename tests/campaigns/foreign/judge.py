@@ -25,11 +25,11 @@ from calibrator.diagnosis.verdict import NAMED, NO_GAP, TWO_EFFECTS, Verdict, ju
 from calibrator.runs.database import Database
 from tests.campaigns.foreign import allowance
 from tests.campaigns.foreign.laboratories import is_complete, read, values_of
-from tests.campaigns.foreign.truths import IN_LIBRARY, OUTSIDE, Laboratory, opened
+from tests.campaigns.foreign.truths import DRAWN, IN_LIBRARY, OUTSIDE, Laboratory, opened
 from tests.campaigns.hidden.errors import errors_of
-from tests.campaigns.hidden.laboratory import REPLICATES, SHIPPED
+from tests.campaigns.hidden.laboratory import SHIPPED
 from tests.campaigns.hidden.rates import smallest
-from tests.campaigns.hidden.trials import Judged, library, measurements
+from tests.campaigns.hidden.trials import Judged, disjoint, library, measurements
 
 TRIALS = 10
 FIRST_SEED = 60_000  # of the errors
@@ -47,7 +47,7 @@ def main(case: Case) -> None:
         pool = [values_of(rows, number, e) for e in found]
         result: dict[str, Any] = {**vars(laboratory), "sealed": sealed}
         result["complete_runs"] = {e.name: len(v) for e, v in zip(found, pool, strict=True)}
-        if min(map(len, pool)) >= REPLICATES:
+        if min(map(len, pool)) >= DRAWN:
             result |= judged(case, laboratory, pool, whole)
         results.append(result)
         said = {name: result[name]["first"] for name in SETTINGS if name in result}
@@ -77,7 +77,7 @@ def judged(
     for i in range(TRIALS):
         rng = np.random.default_rng([laboratory.number, i])
         errors = errors_of(case.nuisances, FIRST_SEED + laboratory.number)
-        measured = measurements(case, pool, whole, rng, errors)
+        measured = measurements(case, disjoint(pool, rng, DRAWN)[0], whole, rng, errors)
         more = np.diag(allowance.variances(ordered, measured.values))
         for name, extra in zip(SETTINGS, (0.0, more), strict=True):
             own = replace(measured, covariance=measured.covariance + extra)

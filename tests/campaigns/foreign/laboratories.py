@@ -15,8 +15,7 @@ from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.files import read_text, write_text
 from tests.campaigns.foreign import engine
-from tests.campaigns.foreign.truths import MOST, REPLICATES, REPO, Laboratory, opened
-from tests.campaigns.hidden.laboratory import REPLICATES as DRAWN
+from tests.campaigns.foreign.truths import DRAWN, MOST, REPLICATES, REPO, Laboratory, opened
 
 TABLE = REPO / "grid" / "foreign_laboratories.csv"
 COMMAND = "python -m tests.campaigns.foreign run"

@@ -37,7 +37,8 @@ SIZES = (0.4, 0.7, 1.0, 1.25, 1.5)
 RESTITUTION, ROLLING_VISCOSITY = (0.3, 0.6), (0.2, 0.5)
 SHAKING, SHAKING_TIME = (0.7, 1.3), 0.6  # peak acceleration over gravity; [s] since the release
 SOFT = (2.5e4, 6e4)  # Young's modulus [Pa]: 17 to 40 times below the case's
-REPLICATES, MOST = 8, 14  # runs of an experiment; with spare ones where fewer than five end well
+REPLICATES, MOST = 8, 14  # runs of an experiment; with spare ones where too few end well
+DRAWN = 5  # of them, by a trial
 FIRST_SEED, SEEDS_EACH = 1_950_000_000, 10_000
 
 

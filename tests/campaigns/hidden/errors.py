@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calibrator.case.lab import Nuisance
+from calibrator.diagnosis.explanations import KNOWN_WITHIN
 
-FACTOR = 2.0  # within which a laboratory knows the errors that its table states
 DAYS = 3  # on which the replicates of an experiment are made
 FIRST_SEED = 50_000
 
@@ -46,6 +46,6 @@ class Errors:
 def errors_of(nuisances: Sequence[Nuisance], index: int) -> Errors:
     """The errors of the laboratory of this index: days of one scatter, and a table that is off."""
     rng = np.random.default_rng(FIRST_SEED + index)
-    ends = np.log(FACTOR)
+    ends = np.log(KNOWN_WITHIN)
     times = {n.name: float(np.exp(rng.uniform(-ends, ends))) for n in nuisances}
     return Errors(1.0, DAYS, times)

@@ -47,7 +47,7 @@ REPO = Path(__file__).resolve().parents[3]
 CASE = REPO / "cases" / "missing_effect.toml"
 # the runs that every diagnosis of this case starts from
 SHIPPED = REPO / "grid" / "missing_effect.csv"
-REPLICATES = 5
+REPLICATES = 3
 STIFFER, FINER = 2.0, 0.7  # Young's modulus and time step of the laboratory, over the model's
 JITTER = 0.03  # coefficient of variation of its grains' radius
 # What no effect of the library does: parameters that the case keeps fixed take another value in the

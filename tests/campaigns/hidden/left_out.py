@@ -28,7 +28,7 @@ from tests.campaigns.hidden.intervals import exact, interval, laboratories_with,
 from tests.campaigns.hidden.rates import is_alarm
 from tests.campaigns.hidden.trials import Trial, by_bic, library, measurements
 
-TRIALS = 4  # of a set
+TRIALS = 1  # of a set
 FIRST_SEED = 20_000  # of the metrology
 INNER = (0.1, 0.9)  # shares of the ranges beyond which the margin begins
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from calibrator.case.toml import read_case
+from calibrator.diagnosis.explanations import KNOWN_WITHIN
 from calibrator.runs.database import Database
-from tests.campaigns.hidden.errors import DAYS, FACTOR, Errors, errors_of
+from tests.campaigns.hidden.errors import DAYS, Errors, errors_of
 from tests.campaigns.hidden.laboratory import CASE, SHIPPED
 from tests.campaigns.hidden.left_out import without
 from tests.campaigns.hidden.trials import library, measurements
@@ -71,6 +72,6 @@ def test_a_laboratory_of_the_campaign_knows_its_errors_within_a_factor_of_two():
     nuisances = read_case(CASE).nuisances
     several = [errors_of(nuisances, index) for index in range(200)]
     times = np.array([list(one.times.values()) for one in several])
-    assert times.shape[1] == len(nuisances) and 1 / FACTOR <= times.min() < 0.55
-    assert 1.8 < times.max() <= FACTOR
+    assert times.shape[1] == len(nuisances) and 1 / KNOWN_WITHIN <= times.min() < 0.55
+    assert 1.8 < times.max() <= KNOWN_WITHIN
     assert {(one.day, one.days) for one in several} == {(1.0, DAYS)}

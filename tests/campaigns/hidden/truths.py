@@ -24,9 +24,6 @@ ROUGH = 2.0
 MORE_TRUTHS = 2
 # strong effects all of whose truths had been judged: two more of each
 LATEST = ("bond_number", "neck_error", "clump_aspect")
-# Truths that were judged for the first time when the case, its design and all rules were as they
-# are now.
-JUDGED_LAST = {*range(75, 81), *range(121, 154)}
 POOL = 10  # runs of every experiment in a pool, at most
 FIRST_SEED = 1_100_000_000
 
