@@ -19,7 +19,8 @@ class Rule:
     posterior : that a name needs among all explanations, "unknown" among them.
     lead : in deviance (minus twice the log likelihood) before any rival: 6 is twenty to one.
     errors : standard errors by which a named amplitude differs from nothing.
-    reach : plausible sizes that it may have: runs were made up to 1.5, so hardly beyond.
+    reach : plausible sizes that it may have: runs were made up to 1.5, and a size found where that
+        much is there comes out at up to a third more.
     ghost, ghost_of_few, few : probability with which the library, turned at random, explains as
         much; below `few` degrees of freedom chance explains more, so less of it is allowed.
     coverage : posterior probability that a set which cannot be told apart holds.
@@ -41,7 +42,7 @@ class Rule:
     posterior: float = 0.9
     lead: float = 6.0
     errors: float = 2.0
-    reach: float = 1.75
+    reach: float = 2.0
     ghost: float = 0.25
     ghost_of_few: float = 0.05
     few: int = 10
