@@ -17,9 +17,9 @@ within a factor of two of what its table states (errors.py); a neck or a level t
 shifts them along the surfaces' slopes. Each class of a single effect is judged once more without
 that effect in the library. The sets that the surfaces are made from are laboratories too, with
 nothing hidden, each left out of the surfaces in turn (left_out.py). The figures that count are
-those of the last test (matrix.py), whose truths were set down after every rule and before any of
-them was run; `all_truths` has the earlier ones as well, which rules were made with. The fresh YADE
-runs by which `diagnose` can take a name back are not made here, so live it names less.
+those of the last test (matrix.py), whose truths were set down before any of them was run, and
+seen by no rule; `all_truths` has the earlier ones as well, which rules were made with. The fresh
+YADE runs by which `diagnose` can take a name back are not made here, so live it names less.
 """
 
 import json

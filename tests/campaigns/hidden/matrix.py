@@ -1,8 +1,9 @@
 """The laboratories of the last test: new truths from the whole box, in an order that stays fair.
 
-They were set down before any of them was run or judged, after every rule. Rounds of them are alike:
-five with nothing hidden, three with a strong effect, one with a weaker one or a pair and one with
-what is outside of the library, so that a test that stops early is a smaller test of the same.
+They were set down before any of them was run, and no rule is made after a look at them. Rounds of
+them are alike: five with nothing hidden, three with a strong effect, one or two with a weaker one
+or a pair, and one with what is outside of the library, so that a test that stops early is a smaller
+test of the same.
 """
 
 from collections.abc import Sequence
