@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from calibrator.case.case import Case
-from calibrator.case.settings import Condition, Diagnosis, Plan, Replicates, Validation
+from calibrator.case.experiment import Condition
+from calibrator.case.settings import Diagnosis, Plan, Replicates, Validation
 from calibrator.case.toml import read_case
 from calibrator.check import check_case
 from calibrator.diagnosis import experiments as ex
@@ -118,7 +119,7 @@ def changed(plan, verify, validate, diagnosis, conditions):
             verify=verify,
             validate=validate,
             diagnosis=diagnosis,
-            conditions=found,
+            problem=dataclasses.replace(DEMO.problem, conditions=found),
         )
     except CalibratorError:
         return None
