@@ -144,6 +144,14 @@ def overlapping(case: Case) -> list[str]:
             f"the seeds of the plan ({_said(found['the plan'])}) reach those of substitutes, which"
             f" begin at {SUBSTITUTE_SEED:,}: lower plan.seed, or ask for fewer sets"
         )
+    if any("@" in kind for kind in found):
+        # a seed beyond says for which condition a run was made (see `experiment.condition_of_seed`)
+        sentences += [
+            f"the seeds of {kind} ({_said(found[kind])}) reach those of conditions, which begin at"
+            f" {FIRST_CONDITION_SEED:,}: lower {_key(kind)}"
+            for kind in ("the verification", "the validation")
+            if found[kind].stop > FIRST_CONDITION_SEED
+        ]
     ordered = sorted(found.items(), key=lambda kind: (kind[1].start, kind[1].stop))
     for i, (one, low) in enumerate(ordered):
         for other, high in ordered[i + 1 :]:
