@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calibrator.case.experiment import condition_of_seed, parts_of
+from calibrator.case.experiment import condition_of_seed, experiment_name, parts_of
 from calibrator.case.problem import Problem
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.runs.record import Record
@@ -62,7 +62,7 @@ def experiment_of(problem: Problem, request: Request) -> str:
     if not conditions:
         return request.setup
     varied = {name for c in conditions for name in problem.conditions[c].values}
-    experiments = [request.setup, *(f"{request.setup}@{c}" for c in sorted(conditions))]
+    experiments = [experiment_name(request.setup, c) for c in ("", *sorted(conditions))]
     found = [e for e in experiments if _has_values(problem, e, request, varied)]
     if len(found) > 1:
         made_for = condition_of_seed(int(request.parameters["seed"]), problem.conditions)
