@@ -9,6 +9,7 @@ from calibrator.diagnosis.diagnose import diagnose
 from calibrator.diagnosis.runs import prepare
 from calibrator.diagnosis.verdict import judge
 from calibrator.errors import CalibratorError
+from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import run_plan
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace
@@ -49,9 +50,14 @@ def test_a_named_case_is_calibrated_on_all_rows_and_diagnosed_again_without_a_ga
     new = read_case(first.new_case)
     again = Workspace(new, tmp_path / "results" / new.name)
     assert main(["check", first.new_case, "--results", str(tmp_path / "results")]) == 0
-    # all that can be simulated: the rows under conditions, and those held out, stay what they are
-    assert len(case.problem.targets) == 3 and len(new.problem.targets) == 9
+    # all rows of the diagnosis, those of dried sand too; those held out stay what they are
+    assert len(case.problem.targets) == 3 and len(new.problem.targets) == 12
+    assert {t.key for t in new.problem.targets} == {
+        o.key for o in case.observables if o.role != "held_out"
+    }
     assert new.problem.held_out == case.problem.held_out
+    dry = [r for r in plan_requests(new) if "bond_number" not in r.parameters]
+    assert len(dry) == len(plan_requests(new)) // 4  # that of one of four experiments
     run_plan(again)
     found = calibrate(again)
     assert found.compromise.parameters["bond_number"] == pytest.approx(MOIST, abs=0.1)

@@ -9,7 +9,8 @@ import numpy as np
 
 from benchmarks.peers.truth import RESPONSES, Surface
 from calibrator.case.case import Case
-from calibrator.case.problem import Problem, Target, Value
+from calibrator.case.problem import Problem, Target
+from calibrator.case.values import Value
 from calibrator.plan.adaptive import bands
 from calibrator.responses.box import sample_of
 

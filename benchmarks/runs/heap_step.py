@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.common import rounded, write
 from benchmarks.runs.rolling_stiffness import PAIRS, difference, name_of, parameters
 from calibrator.case.physics import time_step
-from calibrator.case.problem import is_number
+from calibrator.case.values import is_number
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run

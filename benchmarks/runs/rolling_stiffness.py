@@ -24,8 +24,8 @@ from scipy import stats
 from benchmarks.common import RESULTS, rounded, write
 from benchmarks.runs.rolling_engines import SHEAR, checked_on_one_grain, run_engine
 from calibrator.case.physics import time_step
-from calibrator.case.problem import is_number
 from calibrator.case.toml import read_case
+from calibrator.case.values import is_number
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run

@@ -7,12 +7,12 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from calibrator.case.experiment import Condition, parts_of
 from calibrator.case.lab import Nuisance, Observable
 from calibrator.case.problem import Problem
 from calibrator.case.settings import (
     MOST_RUNS,
     Cluster,
-    Condition,
     Diagnosis,
     Interpolation,
     Plan,
@@ -21,7 +21,7 @@ from calibrator.case.settings import (
     Search,
     Validation,
 )
-from calibrator.case.vocabulary import PARAMETERS
+from calibrator.case.vocabulary import PARAMETERS, SETUPS
 from calibrator.errors import CalibratorError
 from calibrator.files import named_file
 
@@ -49,7 +49,6 @@ class Case:
     about: str = ""
     measured: Path = Path()
     observables: tuple[Observable, ...] = ()
-    conditions: dict[str, Condition] = field(default_factory=dict)
     diagnosis: Diagnosis = field(default_factory=Diagnosis)
     nuisances: tuple[Nuisance, ...] = ()
 
@@ -59,11 +58,11 @@ class Case:
             if self.plan.design == "grid"
             else self.plan.sets
         )
-        runs = sets * self.plan.replicates * len(self.problem.calibration_setups)
+        runs = sets * self.plan.replicates * len(self.problem.experiments)
         _require_seen(self.problem)
         _require_whole_grid(self)
         if self.plan.design == "adaptive":
-            _require_start(self.plan, len(self.problem.calibration_setups))
+            _require_start(self.plan, len(self.problem.experiments))
         if runs > MOST_RUNS:
             raise CalibratorError(
                 f"the plan has {runs:,} runs: lower samples, sets or replicates to at most"
@@ -77,6 +76,11 @@ class Case:
         ):
             if settings.shipped:
                 named_file(self.path, settings.shipped, f"{key}.shipped")
+
+    @property
+    def conditions(self) -> dict[str, Condition]:
+        """Variants of set-ups by name."""
+        return self.problem.conditions
 
     @property
     def shipped(self) -> Path | None:
@@ -95,19 +99,30 @@ class Case:
 
 def _require_seen(problem: Problem) -> None:
     """Raise CalibratorError for a target that no parameter moves, and one that moves no target."""
-    for setup in problem.calibration_setups:
-        if not problem.seen_by(setup):
+    for experiment in problem.experiments:
+        if not problem.seen_by(experiment):
+            lacks = "has none of" if experiment in SETUPS else "has none, or fixes all, of"
             raise CalibratorError(
-                f"{setup} has none of the calibrated parameters, so that its targets say nothing of"
-                " them: give these targets the role held_out"
+                f"{experiment} {lacks} the calibrated parameters, so that its targets say nothing"
+                " of them: give these targets the role held_out"
             )
     for name in problem.names:
-        if not any(name in problem.seen_by(s) for s in problem.calibration_setups):
-            raise CalibratorError(
-                f"{name} is no parameter of {' or '.join(problem.calibration_setups)}, and no other"
-                " set-up has a target: remove it, or calibrate a target of"
-                f" {' or '.join(PARAMETERS[name].setups)}"
-            )
+        if not any(name in problem.seen_by(e) for e in problem.experiments):
+            raise CalibratorError(_unmoving(problem, name))
+
+
+def _unmoving(problem: Problem, name: str) -> str:
+    """Why a calibrated parameter moves no target, and what to do."""
+    takers = PARAMETERS[name].setups
+    if held := [e for e in problem.experiments if parts_of(e)[0] in takers]:
+        return (
+            f"{name} is fixed by the condition of {' and '.join(held)}, and no other target moves"
+            " with it: remove it from the parameters, or calibrate a target without that condition"
+        )
+    return (
+        f"{name} is no parameter of {' or '.join(problem.experiments)}, and no other set-up has a"
+        f" target: remove it, or calibrate a target of {' or '.join(takers)}"
+    )
 
 
 def _require_whole_grid(case: Case) -> None:
@@ -119,9 +134,9 @@ def _require_whole_grid(case: Case) -> None:
         )
 
 
-def _require_start(plan: Plan, setups: int) -> None:
+def _require_start(plan: Plan, experiments: int) -> None:
     """Raise CalibratorError where an adaptive design begins with more runs than it may make."""
-    runs = plan.adaptive_start(setups)
+    runs = plan.adaptive_start(experiments)
     if runs > plan.most_runs:
         raise CalibratorError(
             f"the adaptive design starts with {runs} runs, more than plan.most_runs ="

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from calibrator.case.problem import known
+from calibrator.case.values import known
 from calibrator.errors import CalibratorError, Mistakes, shown
 
 T = TypeVar("T")
@@ -29,14 +29,16 @@ Table = dict[str, Any]
 def plain(value: Any) -> Any:
     """A value as JSON has it: dataclasses as objects, tuples and arrays as lists.
 
-    An array's NaN becomes null, as JSON has none. Raises ValueError for a number that is not finite
+    A field whose metadata say `unmentioned` is left out at its default, so that what was written
+    before there was such a field is still the same. An array's NaN becomes null, as JSON has none.
+    Raises ValueError for a number that is not finite
     outside an array: there, whoever makes the value says None.
 
     >>> plain({"box": (0.5, np.array([1.0, np.nan]))})
     {'box': [0.5, [1.0, None]]}
     """
     if dataclasses.is_dataclass(value):
-        names = [f.name for f in dataclasses.fields(value)]
+        names = [f.name for f in dataclasses.fields(value) if not _silent(f, value)]
         return {name: plain(getattr(value, name)) for name in (*names, *_derived(type(value)))}
     if isinstance(value, np.ndarray):
         return _listed(value.tolist())
@@ -49,6 +51,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError(f"{value} is no number in JSON")
     return str(value) if isinstance(value, Path) else value
+
+
+def _silent(field: dataclasses.Field[Any], value: Any) -> bool:
+    """Whether a field of a value is left out: at its default, and unmentioned there."""
+    return "unmentioned" in field.metadata and getattr(value, field.name) == field.default
 
 
 def _derived(cls: type) -> tuple[str, ...]:

@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calibrator.case.cells import read_rows, whole
-from calibrator.case.problem import LARGEST, Target, known
+from calibrator.case.experiment import experiment_name
+from calibrator.case.problem import Target
+from calibrator.case.values import LARGEST, known
 from calibrator.case.vocabulary import EFFECTS, PARAMETERS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
@@ -31,7 +33,7 @@ class Observable:
     replicates is how many measurements the value averages, and days on how many of these something
     that they share was new (set up afresh, another operator, another day); role: used to calibrate,
     only to diagnose a gap, or held out. Raises CalibratorError for an unknown name, a value that is
-    not finite, and a condition on what is to be calibrated.
+    not finite, and what cannot be a target although its role makes it one.
     """
 
     setup: str
@@ -66,12 +68,7 @@ class Observable:
                 f"{self.key}: days = {shown(self.days)}; give 1 to {self.replicates}, on how many"
                 " days the replicates were made"
             )
-        if self.condition and self.role == "calibrate":
-            raise CalibratorError(
-                f"{self.key}: a calibration knows no conditions; give it the role diagnose or"
-                " held_out"
-            )
-        if self.role == "calibrate" or (self.role == "held_out" and not self.condition):
+        if self.role != "diagnose":
             self.target()
 
     def _require_possible(self) -> None:
@@ -93,7 +90,7 @@ class Observable:
     @property
     def experiment(self) -> str:
         """setup, or setup@condition: what one run simulates."""
-        return f"{self.setup}@{self.condition}" if self.condition else self.setup
+        return experiment_name(self.setup, self.condition)
 
     @property
     def key(self) -> str:
@@ -102,7 +99,14 @@ class Observable:
 
     def target(self) -> Target:
         """As a target of a calibration."""
-        return Target(self.setup, self.response, self.value, self.scatter, self.replicates)
+        return Target(
+            self.setup,
+            self.response,
+            self.value,
+            self.scatter,
+            self.replicates,
+            condition=self.condition,
+        )
 
 
 @dataclass(frozen=True)

@@ -5,71 +5,22 @@ Values that cannot be invalid.
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from calibrator.case.constraints import Constraint, require_room
+from calibrator.case.experiment import Condition, experiment_name, ordered, parts_of
+from calibrator.case.values import LARGEST, SMALLEST, Value, checked_value, known
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
-Value = float | int | str
-LARGEST, SMALLEST = 1e30, 1e-30
-"""Magnitudes of a measured value: no bulk response lies outside, and its square is a float."""
-
 WIDEST_LOG_SCALE = 1e12
 USUAL_TOLERANCE = 0.03  # relative error at which a target counts as met unless the case says so
+UNMENTIONED = {"unmentioned": True}  # of a field: at its default it is not written (see `codec`)
 NEAR_ZERO = 10.0  # standard errors: a measured value closer to zero than that is near it
-
-
-def known(name: str, names: Iterable[str], what: str) -> str:
-    """Return name if it is one of names, else raise CalibratorError with the nearest spelling."""
-    names = list(names)
-    if name in names:
-        return name
-    close = (
-        difflib.get_close_matches(name, names, 1)
-        if isinstance(name, str) and len(name) < 100
-        else []
-    )
-    hint = f"did you mean {close[0]}?" if close else "use one of " + ", ".join(names)
-    raise CalibratorError(f"unknown {what} {shown(name)}: {hint}")
-
-
-def is_number(value: Any) -> bool:
-    """Whether a value is an integer or a finite float.
-
-    True and False are not, though Python counts them as integers.
-    """
-    return (isinstance(value, int) and not isinstance(value, bool)) or (
-        isinstance(value, float) and math.isfinite(value)
-    )
-
-
-def checked_value(name: str, value: Any) -> Value:
-    """A parameter value of the right type within the contract's range, else CalibratorError."""
-    quantity = PARAMETERS[known(name, PARAMETERS, "parameter")]
-    if quantity.choices is not None:
-        if value not in quantity.choices:
-            raise CalibratorError(
-                f"{name} = {shown(value)}: choose one of {', '.join(quantity.choices)}"
-            )
-        return str(value)
-    if not is_number(value):
-        raise CalibratorError(f"{name} = {shown(value)}: give a finite number in {quantity.unit}")
-    assert quantity.low is not None and quantity.high is not None
-    if not quantity.low <= value <= quantity.high:
-        raise CalibratorError(
-            f"{name} = {shown(value)}: give a value from {quantity.low:g} to {quantity.high:g}"
-            f" {quantity.unit}"
-        )
-    if quantity.unit == "integer" and value != int(value):
-        raise CalibratorError(f"{name} = {value!r}: give a whole number")
-    return int(value) if quantity.unit == "integer" else float(value)
 
 
 @dataclass(frozen=True)
@@ -144,7 +95,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Target:
-    """A measured bulk response of one set-up.
+    """A measured bulk response of one set-up, under one of the case's conditions or none ("").
 
     value and scatter (standard deviation of one replicate) are in the response's unit; replicates
     is how many measurements the value averages; tolerance is the relative error at which the target
@@ -158,6 +109,7 @@ class Target:
     replicates: int = 1
     weight: float = 1.0
     tolerance: float = USUAL_TOLERANCE
+    condition: str = field(default="", metadata=UNMENTIONED)
 
     def __post_init__(self) -> None:
         known(self.setup, SETUPS, "set-up")
@@ -189,9 +141,14 @@ class Target:
             )
 
     @property
+    def experiment(self) -> str:
+        """setup, or setup@condition: what one run simulates."""
+        return experiment_name(self.setup, self.condition)
+
+    @property
     def key(self) -> str:
-        """setup.response, the name under which the response is interpolated and reported."""
-        return f"{self.setup}.{self.response}"
+        """experiment.response, the name under which the response is interpolated and reported."""
+        return f"{self.experiment}.{self.response}"
 
     @property
     def standard_error(self) -> float:
@@ -216,8 +173,10 @@ class Problem:
     """What is calibrated against what: parameters, targets used and held out, fixed values.
 
     fixed : values of all set-ups by name; setups : values of single set-ups, which win over those;
-    constraints : what the parameters' values must fulfil together. Raises CalibratorError where a
-    name is given twice, nothing is to be calibrated, or constraints leave next to nothing.
+    constraints : what the parameters' values must fulfil together; conditions : variants of set-ups
+    by name, whose values win over all others, those of calibrated parameters too. Raises
+    CalibratorError where a name is given twice, nothing is to be calibrated, a target has a
+    condition that is none of its set-up's, or constraints leave next to nothing.
     """
 
     parameters: tuple[Parameter, ...]
@@ -226,6 +185,7 @@ class Problem:
     fixed: dict[str, Value] = field(default_factory=dict)
     setups: dict[str, dict[str, Value]] = field(default_factory=dict)
     constraints: tuple[Constraint, ...] = ()
+    conditions: dict[str, Condition] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         mistakes = Mistakes()
@@ -254,10 +214,23 @@ class Problem:
                 f"setups.{setup}.{name} is what the plan sets: remove it"
                 for name in sorted(own.keys() & {*names, "seed"})
             )
+        for target in (*self.targets, *self.held_out):
+            with mistakes.noted():
+                self._require_condition(target)
         mistakes.raise_any()
         require_room(
             self.constraints, lambda shares: self.excess(self.values_at(shares)), len(names)
         )
+
+    def _require_condition(self, target: Target) -> None:
+        """Raise CalibratorError where a target's condition is none, or one of another set-up."""
+        if not target.condition:
+            return
+        setup = self.conditions[known(target.condition, self.conditions, "condition")].setup
+        if setup != target.setup:
+            raise CalibratorError(
+                f"{target.key}: the condition belongs to {setup}; correct the lab file"
+            )
 
     def excess(self, points: np.ndarray) -> np.ndarray:
         """By how much (n,) points (n, d) break the constraints; 0 where all hold.
@@ -279,9 +252,22 @@ class Problem:
         """Names of the calibrated parameters, in order."""
         return [p.name for p in self.parameters]
 
-    def seen_by(self, setup: str) -> list[str]:
-        """Names of the calibrated parameters that a set-up takes, in order."""
-        return [n for n in self.names if setup in PARAMETERS[n].setups]
+    def seen_by(self, experiment: str) -> list[str]:
+        """Names of the calibrated parameters that vary in an experiment, in order.
+
+        They are those that its set-up takes, without those that its condition fixes.
+        """
+        (setup, _), held = parts_of(experiment), self.values_of(experiment)
+        return [n for n in self.names if setup in PARAMETERS[n].setups and n not in held]
+
+    def values_of(self, experiment: str) -> dict[str, Value]:
+        """Values that an experiment has of its own: its set-up's, and its condition's, which win.
+
+        The name of a set-up alone is that of the set-up without a condition.
+        """
+        setup, condition = parts_of(experiment)
+        own = self.conditions[condition].values if condition else {}
+        return {**self.setups.get(setup, {}), **own}
 
     def only(self, names: Sequence[str]) -> Problem:
         """The same problem with these of its parameters alone, and without constraints."""
@@ -334,9 +320,14 @@ class Problem:
         return np.array([p.scale == "log" for p in self.parameters])
 
     @property
-    def calibration_setups(self) -> list[str]:
-        """Set-ups that have a target, in the contract's order."""
-        return [s for s in SETUPS if any(t.setup == s for t in self.targets)]
+    def experiments(self) -> list[str]:
+        """Experiments that have a target, set-ups first, then those under conditions."""
+        return ordered((t.experiment for t in self.targets), self.conditions)
+
+    @property
+    def held_out_experiments(self) -> list[str]:
+        """Experiments that have a target held out, in the same order."""
+        return ordered((t.experiment for t in self.held_out), self.conditions)
 
     def columns(self, points: np.ndarray) -> dict[str, np.ndarray | float]:
         """Every numeric parameter at points (n, d): calibrated ones (n,), the others scalars."""

@@ -1,6 +1,6 @@
 """The tables of a case file as values, each of which refuses what cannot be meant.
 
-Plan, interpolation, search, replicates, running, cluster, conditions and diagnosis.
+Plan, interpolation, search, replicates, running, cluster and diagnosis.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
-from calibrator.case.problem import Value, is_number, known
+from calibrator.case.values import is_number, known
 from calibrator.case.vocabulary import EFFECTS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
@@ -54,10 +54,10 @@ class Plan:
             )
         mistakes.raise_any()
 
-    def adaptive_start(self, setups: int) -> int:
-        """Runs of so many set-ups that an adaptive design makes before it can choose any."""
+    def adaptive_start(self, experiments: int) -> int:
+        """Runs of so many experiments that an adaptive design makes before it can choose any."""
         replicated = min(self.replicated_sets or ADAPTIVE_REPLICATED, self.sets)
-        return setups * (self.sets + replicated * (self.replicates - 1))
+        return experiments * (self.sets + replicated * (self.replicates - 1))
 
 
 @dataclass(frozen=True)
@@ -234,17 +234,6 @@ def _matches(where: str, value: str, pattern: str, example: str) -> None:
     """Raise CalibratorError, with an example, unless a value is empty or of the pattern."""
     if value and not re.fullmatch(pattern, value, re.ASCII):
         raise CalibratorError(f"{where} = {shown(value)}: give {example}")
-
-
-@dataclass(frozen=True)
-class Condition:
-    """A variant of a set-up that was measured as well, such as a wider neck.
-
-    values : the parameters that differ from the set-up's own.
-    """
-
-    setup: str
-    values: dict[str, Value]
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ from typing import Any, TypeVar
 from calibrator.case.case import Case
 from calibrator.case.codec import Table, build, typed
 from calibrator.case.constraints import Constraint, read_constraint
+from calibrator.case.experiment import Condition
 from calibrator.case.lab import Nuisance, Observable, read_lab, read_nuisances
-from calibrator.case.problem import Parameter, Problem, Target, Value, checked_value, known
+from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.case.settings import (
     Cluster,
-    Condition,
     Diagnosis,
     Interpolation,
     Plan,
@@ -25,6 +25,7 @@ from calibrator.case.settings import (
     Search,
     Validation,
 )
+from calibrator.case.values import Value, checked_value, known
 from calibrator.case.vocabulary import PARAMETERS, SETUPS, parameters_of
 from calibrator.errors import CalibratorError, Mistakes
 from calibrator.files import named_file, read_text
@@ -106,6 +107,7 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
         fixed=own.pop("fixed"),
         setups=own.pop("setups"),
         constraints=own.pop("constraints"),
+        conditions=own.pop("conditions"),
     )
     return Case(tables["name"], path, problem, **own, **settings)
 
@@ -315,7 +317,7 @@ def _targets(tables: Table, observables: list[Observable]) -> list[tuple[str, Ta
         with mistakes.noted():
             known(key, keys, "target")
     for one in observables:
-        if one.role == "diagnose" or one.condition:
+        if one.role == "diagnose":
             continue
         where = f"targets.{one.key}"
         with mistakes.noted():

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.case import Case
+from calibrator.case.experiment import ordered, parts_of
 from calibrator.case.lab import Observable
-from calibrator.case.problem import Value
-from calibrator.case.vocabulary import EFFECTS, SETUPS, effect_of, parameters_of
+from calibrator.case.values import Value
+from calibrator.case.vocabulary import EFFECTS, effect_of, parameters_of
 from calibrator.diagnosis.explanations import LARGEST, Effect
 from calibrator.diagnosis.gap import FEWEST_DEGREES
 from calibrator.plan.design import cells
@@ -109,17 +110,12 @@ def never_together(one: str, other: str) -> bool:
 
 def experiments(case: Case, observables: Sequence[Observable]) -> list[Experiment]:
     """The experiments of these observables: set-ups first, then the case's conditions."""
-    order = [*SETUPS, *(f"{c.setup}@{name}" for name, c in case.conditions.items())]
     found = []
-    for name in order:
+    for name in ordered((o.experiment for o in observables), case.conditions):
         responses = tuple(o.response for o in observables if o.experiment == name)
-        if responses:
-            setup, _, condition = name.partition("@")
-            found.append(
-                Experiment(
-                    name, setup, case.conditions[condition].values if condition else {}, responses
-                )
-            )
+        setup, condition = parts_of(name)
+        values = case.conditions[condition].values if condition else {}
+        found.append(Experiment(name, setup, values, responses))
     return found
 
 
@@ -142,9 +138,13 @@ def degrees_left(case: Case) -> int:
 
 
 def wanted(case: Case) -> bool:
-    """Whether the case asks for a diagnosis."""
+    """Whether the case asks for a diagnosis.
+
+    It does with rows or nuisances for one, and with conditions that no calibration uses.
+    """
     diagnosed = any(o.role == "diagnose" for o in case.observables)
-    return bool(case.conditions or case.nuisances or diagnosed)
+    used = {o.condition for o in case.observables}
+    return bool(case.conditions.keys() - used or case.nuisances or diagnosed)
 
 
 def unmeasured(case: Case) -> list[str]:
@@ -224,7 +224,7 @@ def request(
     Effects that the experiment does not show are left out.
     """
     added = {name: size for name, size in (effects or {}).items() if _shows(experiment, name)}
-    return make_request(case, experiment.setup, point, seed, {**added, **experiment.values})
+    return make_request(case, experiment.name, point, seed, added)
 
 
 def plain_requests(
@@ -274,7 +274,7 @@ def _shows(experiment: Experiment, effect: str) -> bool:
 
 def parameters_in(case: Case, experiment: Experiment) -> list[str]:
     """The calibrated parameters that an experiment has: its set-up's but for its condition's."""
-    return [n for n in case.problem.seen_by(experiment.setup) if n not in experiment.values]
+    return case.problem.seen_by(experiment.name)
 
 
 def units(case: Case, experiment: Experiment, requests: Iterable[Request]) -> np.ndarray:

@@ -47,7 +47,8 @@ def write_new_case(space: Workspace, effect: Effect, size: float, error: float) 
     gone = _without_effect(tables, effect.name)
     tables["name"] = name
     tables.setdefault("parameters", {})[effect.name] = {"low": low, "high": high}
-    rows = [_as_target(one, [*case.problem.names, effect.name]) for one in case.observables]
+    parameters = [*case.problem.names, effect.name]
+    rows = [_as_target(case, one, parameters) for one in case.observables]
     _write_lab(folder / f"{name}_lab.csv", rows, case)
     tables["measured"] = f"{name}_lab.csv"
     if tables.get("diagnosis", {}).pop("nuisances", ""):
@@ -68,14 +69,15 @@ def _write(path: Path, head: Sequence[str], tables: Table) -> None:
     write_text(path, "\n".join([*head, "", *_lines(tables)]) + "\n")
 
 
-def _as_target(one: Observable, parameters: Sequence[str]) -> Observable:
+def _as_target(case: Case, one: Observable, parameters: Sequence[str]) -> Observable:
     """A row of the diagnosis as one to calibrate, if it can be that; others stay as they are.
 
-    A calibration knows no conditions, a set-up that has none of the parameters says nothing of
-    them, and a value of zero needs a scatter to be met within.
+    An experiment in which none of the parameters varies says nothing of them, and a value of zero
+    needs a scatter to be met within.
     """
-    moved = parameters_of(one.setup).keys() & set(parameters)
-    if one.role != "diagnose" or one.condition or not moved:
+    held = case.conditions[one.condition].values.keys() if one.condition else set()
+    moved = parameters_of(one.setup).keys() & set(parameters) - held
+    if one.role != "diagnose" or not moved:
         return one
     try:
         return replace(one, role="calibrate")
@@ -118,14 +120,14 @@ def _cell(text: str) -> str:
 
 
 def _enlarge_plan(tables: Table, case: Case, rows: Sequence[Observable]) -> None:
-    """Let a plan have what one parameter and perhaps some set-ups more ask for at least."""
+    """Let a plan have what one parameter and perhaps some experiments more ask for at least."""
     plan, fewest = tables.get("plan", {}), len(case.problem.names) + 3
     if plan.get("sets", fewest) < fewest:
         plan["sets"] = fewest  # an interpolant takes two sets more than parameters
     if case.plan.design == "adaptive":
-        setups = len({one.setup for one in rows if one.role == "calibrate"})
-        # of all set-ups together
-        plan["most_runs"] = case.plan.most_runs * setups // len(case.problem.calibration_setups)
+        experiments = len({one.experiment for one in rows if one.role == "calibrate"})
+        # of all experiments together
+        plan["most_runs"] = case.plan.most_runs * experiments // len(case.problem.experiments)
 
 
 def _bounds(effect: Effect, size: float, error: float) -> tuple[float, float]:

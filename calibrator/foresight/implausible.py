@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from calibrator.case.case import Case
+from calibrator.case.experiment import parts_of
 from calibrator.case.lab import Observable
 from calibrator.case.physics import GRAVITY, contact_overlap
-from calibrator.case.vocabulary import EFFECTS, PARAMETERS
+from calibrator.case.vocabulary import EFFECTS, PARAMETERS, SETUPS
 from calibrator.foresight.values import DEFAULT, Values, corners
 from calibrator.plan.requests import make_request
 from calibrator.responses.targets import repeats, ruling
@@ -38,7 +39,9 @@ def doubts(case: Case, values: dict[str, Values]) -> list[str]:
         found += [f"{experiment}: {words}" for words in _of_geometry(experiment, own)]
     for one in case.observables:
         if one.experiment in values:
-            found += [f"{one.key} = {one.value:g}: {w}" for w in _of_row(one, values[one.setup])]
+            found += [
+                f"{one.key} = {one.value:g}: {w}" for w in _of_row(one, values[one.experiment])
+            ]
     return list(dict.fromkeys([*found, *odd_materials(case, values), *_unused(case, values)]))
 
 
@@ -92,7 +95,7 @@ def _of_numbers(case: Case) -> list[str]:
             "plan.replicates = 1: the scatter of single runs stays unknown and can only be guessed"
             " from the surface; give 2 or more, for some sets with plan.replicated_sets"
         )
-    first = case.plan.adaptive_start(len(case.problem.calibration_setups))
+    first = case.plan.adaptive_start(len(case.problem.experiments))
     if case.plan.design == "adaptive" and first >= case.plan.most_runs:
         found.append(
             f"plan.most_runs = {case.plan.most_runs}: the {first} runs that an adaptive design"
@@ -107,7 +110,7 @@ def _of_numbers(case: Case) -> list[str]:
 
 def _of_geometry(experiment: str, values: Values) -> list[str]:
     """The worst doubt of each kind over the corners of the box."""
-    setup, worst = experiment.partition("@")[0], dict[str, setups.Doubt]()
+    setup, worst = parts_of(experiment)[0], dict[str, setups.Doubt]()
     for p in corners(setup, values):
         for doubt in setups.doubts(setup, p):
             if doubt.kind not in worst or doubt.badness > worst[doubt.kind].badness:
@@ -202,16 +205,16 @@ def odd_materials(case: Case, values: dict[str, Values]) -> list[str]:
 def _of_stiffness(case: Case, values: dict[str, Values]) -> list[str]:
     """What grains as stiff as rock cost, and what softer ones would."""
     found = []
-    for setup in case.problem.calibration_setups:
-        stiff = values[setup]["young_modulus"].bounds[1]
+    for experiment in case.problem.experiments:
+        stiff = values[experiment]["young_modulus"].bounds[1]
         if stiff < STIFF:
             continue
-        request = make_request(case, setup, case.problem.high, case.plan.seed)
-        dear = Request(setup, {**request.parameters, "young_modulus": stiff})
-        cheap = Request(setup, {**request.parameters, "young_modulus": SOFTER})
+        request = make_request(case, experiment, case.problem.high, case.plan.seed)
+        dear = Request(request.setup, {**request.parameters, "young_modulus": stiff})
+        cheap = Request(request.setup, {**request.parameters, "young_modulus": SOFTER})
         hours = [float(core_seconds([one])[0]) / 3600 for one in (dear, cheap)]
         found.append(
-            f"{setup}: young_modulus = {stiff:g} Pa takes {setups.steps(dear):.2g} steps and"
+            f"{experiment}: young_modulus = {stiff:g} Pa takes {setups.steps(dear):.2g} steps and"
             f" {hours[0]:.2g} core-hours a run, {SOFTER:g} Pa {setups.steps(cheap):.2g} and"
             f" {hours[1]:.2g}; lower it, bulk responses hardly change above {SOFTER:g} Pa"
         )
@@ -232,7 +235,7 @@ def _unused(case: Case, values: dict[str, Values]) -> list[str]:
             for n, r in own.items()
             if r.source == DEFAULT and len(PARAMETERS[n].setups) < len(_common())
         ]
-        if lengths and "@" not in experiment:
+        if lengths and experiment in SETUPS:
             given = ", ".join(f"{n} = {own[n]}" for n in lengths)
             found.append(
                 f"{experiment}: the case does not give {given}, the demo's vessel stands in; write"

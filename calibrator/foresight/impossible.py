@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.problem import known
+from calibrator.case.experiment import parts_of
+from calibrator.case.values import known
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.diagnosis.experiments import wanted
 from calibrator.diagnosis.runs import require_diagnosable
@@ -39,7 +40,7 @@ def require_possible(case: Case, values: dict[str, Values]) -> None:
 
 def _geometry(experiment: str, values: Values) -> list[str]:
     """What the scripts refuse at any corner of the box; each reason once, at its first corner."""
-    setup, found = experiment.partition("@")[0], dict[str, str]()
+    setup, found = parts_of(experiment)[0], dict[str, str]()
     moved = [n for n, r in values.items() if r.source == CALIBRATED and PARAMETERS[n].unit == "m"]
     for p in corners(setup, values):
         place = ", ".join(f"{n} = {p[n]:g}" for n in moved)
@@ -52,7 +53,7 @@ def _density(case: Case, values: dict[str, Values]) -> list[str]:
     """Measured bulk densities above the grains' own."""
     found = []
     for target in (*case.problem.targets, *case.problem.held_out):
-        densest = values[target.setup]["particle_density"].bounds[1]
+        densest = values[target.experiment]["particle_density"].bounds[1]
         if target.response == "bulk_density" and target.value > densest:
             found.append(
                 f"{target.key} = {target.value:g} kg/m3 is above the density of the grains,"
@@ -78,9 +79,12 @@ def _require_interpolable(case: Case, mistakes: Mistakes) -> None:
             )
         return
     key = "the samples of the grid" if case.plan.design == "grid" else "plan.sets"
-    for setup in case.problem.calibration_setups:
-        response = next(t.key for t in case.problem.targets if t.setup == setup)
-        own = [i for i, name in enumerate(change.names) if name in case.problem.seen_by(setup)]
+    for experiment in case.problem.experiments:
+        response = next(t.key for t in case.problem.targets if t.experiment == experiment)
+        seen = case.problem.seen_by(experiment)
+        own = [i for i, name in enumerate(change.names) if name in seen]
+        with mistakes.noted():  # a condition may fix what similarity needs to vary
+            Coordinates(case.problem.only(seen), change.collapsed)
         try:
             require_points(response, len(np.unique(points[:, own], axis=0)), len(own))
         except CalibratorError as error:

@@ -15,7 +15,6 @@ from calibrator.case.physics import (
     rayleigh_time,
     time_step_warning,
 )
-from calibrator.case.problem import Value
 from calibrator.foresight.values import Values
 from calibrator.plan.requests import design_points
 
@@ -29,10 +28,7 @@ def step_doubts(case: Case, values: Mapping[str, Values]) -> list[str]:
     points = design_points(case)
     found = dict.fromkeys(_doubts(case.problem.columns(points)), "")
     for experiment in values:
-        setup, _, condition = experiment.partition("@")
-        own: dict[str, Value] = dict(case.problem.setups.get(setup, {}))
-        if condition:
-            own |= case.conditions[condition].values
+        own = case.problem.values_of(experiment)
         numbers = {n: v for n, v in own.items() if not isinstance(v, str)}
         for doubt in _doubts({**case.problem.columns(points), **numbers}):
             found.setdefault(doubt, f"{experiment}: ")

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from calibrator.case.case import Case
-from calibrator.case.problem import Value
-from calibrator.case.vocabulary import PARAMETERS, SETUPS, parameters_of
+from calibrator.case.experiment import experiment_name, ordered, parts_of
+from calibrator.case.values import Value
+from calibrator.case.vocabulary import PARAMETERS, parameters_of
 from calibrator.diagnosis.experiments import wanted
 
 CALIBRATED, DEFAULT = "calibrated", "default"
@@ -16,7 +17,7 @@ CALIBRATED, DEFAULT = "calibrated", "default"
 
 @dataclass(frozen=True)
 class Resolved:
-    """A value of a set-up: the value itself, or both bounds of a calibrated one; unit; source.
+    """A value of an experiment: the value itself, or both bounds of a calibrated one; unit; source.
 
     source : "calibrated", "default", or the table of the case file that gives it.
     """
@@ -41,37 +42,33 @@ class Resolved:
 
 
 Values = dict[str, Resolved]
-"""Values of a set-up by parameter."""
+"""Values of an experiment by parameter."""
 
 
 def resolved(case: Case) -> dict[str, Values]:
-    """The values of every set-up that a verb of the case will run, by set-up or set-up@condition.
+    """The values of every experiment that a verb of the case will run, by its name.
 
     Effects and options that are off are left out.
     """
-    rows = [*case.problem.targets, *case.problem.held_out]
-    used = {t.setup for t in rows}
+    used = [*case.problem.experiments, *case.problem.held_out_experiments]
     if wanted(case):
-        used |= {o.setup for o in case.observables}
-    found = {setup: _values(case, setup) for setup in SETUPS if setup in used}
-    for name, condition in case.conditions.items():
-        own = _values(case, condition.setup, f"[conditions.{name}]", condition.values)
-        found[f"{condition.setup}@{name}"] = own
-    return found
+        used += [o.setup for o in case.observables]
+        used += [experiment_name(c.setup, name) for name, c in case.conditions.items()]
+    return {name: _values(case, name) for name in ordered(used, case.conditions)}
 
 
-def _values(
-    case: Case, setup: str, source: str = "", changed: dict[str, Value] | None = None
-) -> Values:
-    """The values of a set-up; changed : those of a condition, which comes from `source`."""
+def _values(case: Case, experiment: str) -> Values:
+    """The values of an experiment."""
     problem, found = case.problem, {}
+    setup, condition = parts_of(experiment)
+    changed = case.conditions[condition].values if condition else {}
     calibrated = {p.name: p for p in problem.parameters}
     for name, quantity in parameters_of(setup).items():
         if name == "seed":
             continue
         value: Value | tuple[float, float]
-        if name in (changed or {}):
-            value, origin = (changed or {})[name], source
+        if name in changed:
+            value, origin = changed[name], f"[conditions.{condition}]"
         elif name in problem.setups.get(setup, {}):
             value, origin = problem.setups[setup][name], f"[setups.{setup}]"
         elif name in calibrated:
@@ -94,8 +91,9 @@ def table(values: dict[str, Values]) -> list[str]:
         shared = {n: r for n, r in shared.items() if own.get(n) == r}
     lines = []
     for experiment, own in {"every set-up": shared, **values}.items():
-        setup, _, condition = experiment.partition("@")
-        known = values[setup] if condition else {} if own is shared else shared
+        setup, condition = parts_of(experiment)
+        plain = {} if own is shared else shared
+        known = values.get(setup, plain) if condition else plain
         new = {n: r for n, r in own.items() if known.get(n) != r}
         for source in dict.fromkeys(r.source for r in new.values()):
             said = ", ".join(f"{n} {r}" for n, r in new.items() if r.source == source)

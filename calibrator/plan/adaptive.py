@@ -128,7 +128,7 @@ def _too_few(problem: Problem, values: np.ndarray, points: np.ndarray) -> str:
     """The target that was measured at too few sets for a process, in words; empty where none is."""
     for target, column in zip(problem.targets, values.T, strict=True):
         sets = len(np.unique(points[np.isfinite(column)], axis=0))
-        needed = len(problem.seen_by(target.setup)) + 2
+        needed = len(problem.seen_by(target.experiment)) + 2
         if sets < needed:
             return f"{target.key} was measured at {sets} sets, of the {needed} that it takes"
     return ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from calibrator.plan.outcome import Forecast, SetupForecast, rests_on
-from calibrator.plan.requests import plan_requests
+from calibrator.plan.requests import requests_by_experiment
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request, write_table
@@ -15,14 +15,14 @@ from calibrator.runs.workspace import Workspace, work_left
 
 def forecast(space: Workspace) -> Forecast:
     """Write the native yade-batch tables of the whole plan, and forecast its cost."""
-    requests = plan_requests(space.case)
+    by_experiment = requests_by_experiment(space.case)
+    requests = [request for own in by_experiment.values() for request in own]
     done = space.finished(requests)
     _, hours_left = work_left(space, requests)
     setups = {}
-    for setup in space.case.problem.calibration_setups:
-        own = [r for r in requests if r.setup == setup]
-        write_table(space.folder("plan") / f"{setup}.table", own)
-        setups[setup] = _of_setup(own, done)
+    for experiment, own in by_experiment.items():
+        write_table(space.folder("plan") / f"{experiment}.table", own)
+        setups[experiment] = _of_setup(own, done)
     outcome = Forecast(
         runs=len(requests),
         finished=len(done),
@@ -35,7 +35,7 @@ def forecast(space: Workspace) -> Forecast:
 
 
 def _of_setup(requests: Sequence[Request], done: Sequence[Record]) -> SetupForecast:
-    """What the runs of one set-up will take; done : finished runs, whose times are known."""
+    """What the runs of one experiment will take; done : finished runs, whose times are known."""
     seconds = core_seconds(requests, done)
     return SetupForecast(
         runs=len(requests),

@@ -14,7 +14,7 @@ from calibrator.runs.workspace import Counts, contents
 
 @dataclass(frozen=True)
 class SetupForecast:
-    """What the runs of one set-up will take; pairs are the smallest and the largest of its runs.
+    """What the runs of an experiment will take; pairs are the smallest and the largest of its runs.
 
     runs : number; particles : grains; steps : time steps; core_seconds_per_run [s]; core_hours [h]
     of all.
@@ -32,7 +32,7 @@ class Forecast:
     """Outcome of the verb `plan`.
 
     runs : of the whole plan; finished : of these; core_hours, core_hours_left [h] : predicted for
-    all, and for those that are not finished; setups : by name.
+    all, and for those that are not finished; setups : by name of the set-up, or setup@condition.
     """
 
     runs: int
@@ -120,7 +120,7 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
             "parameters": problem.parameters,
             "constraints": problem.constraints,
             "fixed values": problem.fixed,
-            "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
+            "set-ups": {e: problem.values_of(e) for e in problem.experiments},
             "plan": case.plan,
             "runs": contents(records),
         }

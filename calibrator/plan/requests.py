@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from calibrator.case.case import Case
-from calibrator.case.problem import Value
+from calibrator.case.experiment import parts_of
 from calibrator.case.settings import ADAPTIVE_REPLICATED, Replicates
+from calibrator.case.values import Value
 from calibrator.case.vocabulary import parameters_of
 from calibrator.plan.design import full_grid, sobol
-from calibrator.plan.seeds import plan_seed, substitute_seed, verification_seed
-from calibrator.responses.table import points_of
+from calibrator.plan.seeds import in_experiment, plan_seed, substitute_seed, verification_seed
+from calibrator.responses.table import experiment_of, points_of
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -28,52 +29,69 @@ def design_points(case: Case) -> np.ndarray:
 def plan_requests(case: Case) -> list[Request]:
     """Every run of the database.
 
-    Each set-up that has a target at each set, its replicates with seeds of their own.
+    Each experiment that has a target at each set, its replicates with seeds of their own.
     """
+    return [request for own in requests_by_experiment(case).values() for request in own]
+
+
+def requests_by_experiment(case: Case) -> dict[str, list[Request]]:
+    """The same by the name of their experiment."""
+    points = design_points(case)
+    return {e: _requests_of(case, e, points) for e in case.problem.experiments}
+
+
+def _requests_of(case: Case, experiment: str, points: np.ndarray) -> list[Request]:
+    """The runs of one experiment at those of the sets (n, d) that differ in what it sees."""
     plan, replicated = case.plan, case.plan.replicated_sets
     if plan.design == "adaptive":
         replicated = replicated or ADAPTIVE_REPLICATED  # the rest where that decides
-    requests, points = [], design_points(case)
-    for setup in case.problem.calibration_setups:
-        seen = [n in case.problem.seen_by(setup) for n in case.problem.names]
-        # sets of a grid that differ in what the set-up does not take are the same run to it
-        _, own = np.unique(points[:, seen], axis=0, return_index=True)
-        first = [
-            make_request(case, setup, points[i], plan_seed(case, i)) for i in sorted(own.tolist())
-        ]
-        order = np.argsort(core_seconds(first), kind="stable")
-        cheapest = set(order[: replicated or None].tolist())
-        for i, request in enumerate(first):
-            count, seed = plan.replicates if i in cheapest else 1, int(request.parameters["seed"])
-            more = (request.with_seed(seed + j) for j in range(1, count))
-            requests += [request, *more]
+    seen = [n in case.problem.seen_by(experiment) for n in case.problem.names]
+    # sets of a grid that differ in what does not vary in the experiment are the same run to it
+    _, own = np.unique(points[:, seen], axis=0, return_index=True)
+    first = [
+        make_request(
+            case, experiment, points[i], in_experiment(case, experiment, plan_seed(case, i))
+        )
+        for i in sorted(own.tolist())
+    ]
+    order = np.argsort(core_seconds(first), kind="stable")
+    cheapest, requests = set(order[: replicated or None].tolist()), list[Request]()
+    for i, request in enumerate(first):
+        count, seed = plan.replicates if i in cheapest else 1, int(request.parameters["seed"])
+        requests += [request, *(request.with_seed(seed + j) for j in range(1, count))]
     return requests
 
 
 def replicate_requests(
-    case: Case, setup: str, point: np.ndarray, fresh: Replicates, index: int = 0
+    case: Case, experiment: str, point: np.ndarray, fresh: Replicates, index: int = 0
 ) -> list[Request]:
     """Fresh seeds of one candidate; `index` keeps the seeds of several candidates apart."""
+    seeds = (verification_seed(fresh, index, j) for j in range(fresh.replicates))
     return [
-        make_request(case, setup, point, verification_seed(fresh, index, j))
-        for j in range(fresh.replicates)
+        make_request(case, experiment, point, in_experiment(case, experiment, seed))
+        for seed in seeds
     ]
 
 
 def make_request(
-    case: Case, setup: str, point: np.ndarray, seed: int, changed: Mapping[str, Value] | None = None
+    case: Case,
+    experiment: str,
+    point: np.ndarray,
+    seed: int,
+    changed: Mapping[str, Value] | None = None,
 ) -> Request:
-    """One run of a set-up at a parameter set (d,).
+    """One run of an experiment, a set-up as it is or under a condition, at a parameter set (d,).
 
-    changed : values that win over the case's own, such as a condition's or an effect's. What the
-    set-up does not know is left out.
+    changed : values that win over the case's own, such as an effect's. What the set-up does not
+    know is left out.
     """
+    setup, _ = parts_of(experiment)
     own = parameters_of(setup)
     calibrated = dict(zip(case.problem.names, (float(x) for x in point), strict=True))
     values = {
         **case.problem.fixed,
         **calibrated,
-        **case.problem.setups.get(setup, {}),
+        **case.problem.values_of(experiment),
         **(changed or {}),
     }
     return Request.of(setup, **{**{n: v for n, v in values.items() if n in own}, "seed": seed})
@@ -82,14 +100,15 @@ def make_request(
 def belongs(case: Case, request: Request) -> bool:
     """Whether a run is one of this case's.
 
-    It has one of its set-ups, its fixed values, and a parameter set inside its box.
+    It has one of its experiments, its fixed values, and a parameter set inside its box.
     """
-    if request.setup not in case.problem.calibration_setups:
+    experiment = experiment_of(case.problem, request)
+    if experiment not in case.problem.experiments:
         return False
     point = points_of(case.problem, [request])[0]
     if ((point < case.problem.low) | (point > case.problem.high)).any():
         return False
-    return make_request(case, request.setup, point, int(request.parameters["seed"])) == request
+    return make_request(case, experiment, point, int(request.parameters["seed"])) == request
 
 
 def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:

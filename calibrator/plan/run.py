@@ -16,9 +16,9 @@ from calibrator.plan.adaptive import Proposal, propose
 from calibrator.plan.adaptive import Settings as AdaptiveSettings
 from calibrator.plan.outcome import Collection, rests_on
 from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
-from calibrator.plan.seeds import proposed_seed
+from calibrator.plan.seeds import in_experiment, proposed_seed
 from calibrator.responses.success import Success, nothing_good
-from calibrator.responses.table import response_table
+from calibrator.responses.table import experiment_of, response_table
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -51,7 +51,7 @@ def run_plan(space: Workspace, report: Report = silent) -> Collection:
 def _run_adaptively(space: Workspace, report: Report) -> Collection:
     """Start with the plan's first sets, unless the database has as many, then run proposals."""
     case, settings = space.case, _adaptive_settings(space.case)
-    first, setups = plan_requests(case), case.problem.calibration_setups
+    first, experiments = plan_requests(case), case.problem.experiments
     if len(_parameter_sets(case, database_records(space))[0]) < len(first):
         carry_out(space, first, report)
     carry_out(space, proposed(space), report)  # what an interruption left undone
@@ -65,15 +65,11 @@ def _run_adaptively(space: Workspace, report: Report) -> Collection:
             settings,
             case.interpolation.similarity,
             Success.of(case.problem, records),
-            (settings.budget - _made(space, records)) // len(setups),
+            (settings.budget - _made(space, records)) // len(experiments),
         )
         if proposal.stops:
             break
-        requests = [
-            make_request(case, s, point, proposed_seed(case, len(records) + i))
-            for i, point in enumerate(proposal.points)
-            for s in setups
-        ]
+        requests = _proposed_requests(case, proposal, len(records))
         note_proposal(space, proposal, requests)
         carry_out(space, requests, report)
     recommended = dict(zip(case.problem.names, map(float, proposal.recommended), strict=True))
@@ -86,8 +82,17 @@ def _run_adaptively(space: Workspace, report: Report) -> Collection:
     return space.note("run", found)
 
 
+def _proposed_requests(case: Case, proposal: Proposal, made: int) -> list[Request]:
+    """The runs of a proposal in every experiment, where so many have been made."""
+    return [
+        make_request(case, e, point, in_experiment(case, e, proposed_seed(case, made + i)))
+        for i, point in enumerate(proposal.points)
+        for e in case.problem.experiments
+    ]
+
+
 def _judged(space: Workspace, records: Sequence[Record]) -> Collection:
-    """The finished runs, and the end of it where no run of a set-up was good."""
+    """The finished runs, and the end of it where no run of an experiment was good."""
     found = _collected(space, records)
     if not (failure := nothing_good(space.case.problem, records)):
         return found
@@ -121,16 +126,16 @@ def _adaptive_settings(case: Case) -> AdaptiveSettings:
 def _parameter_sets(case: Case, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, d) and the targets' responses (n, t) of the runs, in order of the seeds.
 
-    A row holds a set and a seed, with all its set-ups.
+    A row holds a set and a seed, with all its experiments.
     """
     keys = [t.key for t in case.problem.targets]
     rows: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
     for record in records:
         points, values = response_table(case.problem, [record], keys)
         if len(points):
-            _put_together(
-                rows.setdefault(int(record.request.parameters["seed"]), []), points[0], values[0]
-            )
+            moved = in_experiment(case, experiment_of(case.problem, record.request), 0)
+            seed = int(record.request.parameters["seed"]) - moved
+            _put_together(rows.setdefault(seed, []), points[0], values[0])
     ordered = [
         row for seed in sorted(rows) for row in sorted(rows[seed], key=lambda row: tuple(row[0]))
     ]
@@ -143,8 +148,8 @@ def _put_together(
 ) -> None:
     """Add a run's point (d,) and values (t,) to the row of the same set, or as a new one.
 
-    A set-up that does not take a parameter says nothing of it: its run belongs to the set whose
-    other parameters are the same.
+    An experiment in which a parameter does not vary says nothing of it: its run belongs to the set
+    whose other parameters are the same.
     """
     for known, measured in rows:
         both = np.isfinite(known) & np.isfinite(point)

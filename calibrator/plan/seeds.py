@@ -2,6 +2,7 @@
 
 A seed decides where the grains of a filling start. Two runs of one seed start alike, and what they
 have in common would look like an effect, or like agreement, where it is only the same filling.
+Runs under a condition have the seeds of those without, moved into the condition's own range.
 """
 
 from __future__ import annotations
@@ -9,6 +10,12 @@ from __future__ import annotations
 import math
 
 from calibrator.case.case import Case
+from calibrator.case.experiment import (
+    CONDITION_STRIDE,
+    FIRST_CONDITION_SEED,
+    parts_of,
+    seed_shift,
+)
 from calibrator.case.settings import MOST_RUNS, Replicates
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.errors import CalibratorError
@@ -46,9 +53,17 @@ def proposed_seed(case: Case, made: int) -> int:
     return case.plan.seed + PROPOSED_SEED + made
 
 
+def in_experiment(case: Case, experiment: str, seed: int) -> int:
+    """Seed of an experiment's run that has this seed where there is no condition."""
+    return seed + seed_shift(experiment, case.conditions)
+
+
 def substitute_seed(seed: int, limit: int = 1) -> int | None:
     """Seed of the substitute of a clogged run; None where that is one itself, the last allowed."""
-    return seed + SUBSTITUTE_SEED if seed < SUBSTITUTE_SEED * limit else None
+    without = seed
+    if seed >= FIRST_CONDITION_SEED:  # of a run under a condition
+        without = (seed - FIRST_CONDITION_SEED) % CONDITION_STRIDE
+    return seed + SUBSTITUTE_SEED if without < SUBSTITUTE_SEED * limit else None
 
 
 def verification_seed(fresh: Replicates, candidate: int, replicate: int = 0) -> int:
@@ -73,6 +88,21 @@ def confirm_seed(case: Case, experiment: int, explanation: int, replicate: int =
 
 def ranges(case: Case) -> dict[str, range]:
     """The seeds that each kind of run of a case may have, half-open, by what they are in words."""
+    problem, found = case.problem, _without_conditions(case)
+    kinds = list(found)  # of the plan, and then of verification and validation
+    for names, own in (
+        (problem.experiments, [k for k in kinds if k != "the validation"]),
+        (problem.held_out_experiments, ["the validation"]),
+    ):
+        for experiment in (e for e in names if parts_of(e)[1]):
+            shift = in_experiment(case, experiment, 0)
+            moved = {k: range(found[k].start + shift, found[k].stop + shift) for k in own}
+            found |= {f"{kind} ({experiment})": seeds for kind, seeds in moved.items()}
+    return found | _of_diagnosis(case)
+
+
+def _without_conditions(case: Case) -> dict[str, range]:
+    """The seeds of the plan, of verification and of validation where there is no condition."""
     plan = range(plan_seed(case, 0), plan_seed(case, _sets(case) - 1, case.plan.replicates))
     found = {"the plan": plan}
     if case.plan.design == "adaptive":
@@ -83,7 +113,12 @@ def ranges(case: Case) -> dict[str, range]:
         found["the substitutes of clogged runs"] = range(first, end)
     found["the verification"] = _fresh(case.verify)
     found["the validation"] = _fresh(case.validate)
-    own = case.diagnosis
+    return found
+
+
+def _of_diagnosis(case: Case) -> dict[str, range]:
+    """The seeds of a diagnosis' runs, by experiment."""
+    own, found = case.diagnosis, dict[str, range]()
     changes = own.sets + len(own.effects) * own.effect_sets
     for e in range(_experiments(case)):
         found[f"the diagnosis (experiment {e + 1})"] = range(
@@ -109,6 +144,14 @@ def overlapping(case: Case) -> list[str]:
             f"the seeds of the plan ({_said(found['the plan'])}) reach those of substitutes, which"
             f" begin at {SUBSTITUTE_SEED:,}: lower plan.seed, or ask for fewer sets"
         )
+    if any("@" in kind for kind in found):
+        # a seed beyond says for which condition a run was made (see `experiment.condition_of_seed`)
+        sentences += [
+            f"the seeds of {kind} ({_said(found[kind])}) reach those of conditions, which begin at"
+            f" {FIRST_CONDITION_SEED:,}: lower {_key(kind)}"
+            for kind in ("the verification", "the validation")
+            if found[kind].stop > FIRST_CONDITION_SEED
+        ]
     ordered = sorted(found.items(), key=lambda kind: (kind[1].start, kind[1].stop))
     for i, (one, low) in enumerate(ordered):
         for other, high in ordered[i + 1 :]:
@@ -123,7 +166,7 @@ def overlapping(case: Case) -> list[str]:
         if own.stop - 1 > largest:
             sentences.append(
                 f"the seeds of {kind} ({_said(own)}) are more than YADE takes, {largest:,}:"
-                f" lower {_key(kind)}"
+                f" lower {_key(kind)}{_or_move_up(kind)}"
             )
     return sentences
 
@@ -160,15 +203,26 @@ def _too_many_replicates(case: Case) -> list[str]:
     ]
 
 
+def _or_move_up(kind: str) -> str:
+    """What else would help, where the seeds are those of a condition: the later, the larger."""
+    return ", or name that condition before others in the case" if "@" in kind else ""
+
+
 def _said(seeds: range) -> str:
     return f"{seeds.start:,} to {seeds.stop - 1:,}"
 
 
 def _key(kind: str) -> str:
     """The key of the case file that a kind's seeds start from."""
-    tables = {"the verification": "verify", "the validation": "validate"}
-    diagnosed = ("the diagnosis", "the fingerprints", "the confirming runs")
-    return f"{tables.get(kind, 'diagnosis' if kind.startswith(diagnosed) else 'plan')}.seed"
+    kind = kind.partition(" (")[0]
+    tables = {
+        "the verification": "verify",
+        "the validation": "validate",
+        "the diagnosis": "diagnosis",
+        "the fingerprints": "diagnosis",
+        "the confirming runs": "diagnosis",
+    }
+    return f"{tables.get(kind, 'plan')}.seed"
 
 
 def _remedy(case: Case, one: str, other: str, common: int) -> str:

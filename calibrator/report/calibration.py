@@ -6,12 +6,21 @@ import dataclasses
 
 import numpy as np
 
+from calibrator.case.experiment import parts_of
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.report.figures import calibration as figures
 from calibrator.report.figures import search as search_figures
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, note, paragraph, section
-from calibrator.report.words import amount, axis_label, key_words, response, text, words
+from calibrator.report.words import (
+    amount,
+    axis_label,
+    file_name,
+    key_words,
+    response,
+    text,
+    words,
+)
 from calibrator.responses.interpolant import average_replicates
 from calibrator.responses.objectives import OBJECTIVES
 from calibrator.responses.success import Success
@@ -80,9 +89,8 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     noise = np.array([np.nan if known is None else known])
     replicates = findings.space.case.verify.replicates
     band = float(bands([dataclasses.replace(target, weight=1.0)], noise, replicates)[0])
-    seen = problem.seen_by(target.setup)
-    own = [r for r in findings.records if r.request.setup == target.setup]
-    success = Success.of_setup(problem, target.setup, own)
+    seen = problem.seen_by(target.experiment)
+    success = Success.of_experiment(problem, target.experiment, findings.records)
     panels = [_slice(findings, column, problem.names.index(n), success) for n in seen]
     caption = (
         f"{key_words(key).capitalize()} along each parameter, the others at the compromise. The"
@@ -91,7 +99,7 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     )
     label = axis_label(response(key))
     return album.figure(
-        f"slices_{key.replace('.', '_')}",
+        f"slices_{file_name(key)}",
         caption,
         lambda: figures.slices(panels, label, target.value, band),
     )
@@ -127,7 +135,7 @@ def _slice(findings: Findings, column: int, axis: int, success: Success) -> figu
 
 def _parity(findings: Findings, album: Album) -> str:
     predicted, std = findings.interpolant.leave_one_out()
-    labels = [axis_label(response(key)) for key in findings.interpolant.responses]
+    labels = [_response_label(key) for key in findings.interpolant.responses]
     caption = (
         "Each parameter set predicted from the others alone (leave-one-out); bars: the standard"
         " deviation it was given."
@@ -137,6 +145,13 @@ def _parity(findings: Findings, album: Album) -> str:
         caption,
         lambda: figures.parity(findings.interpolant.values, predicted, std, labels),
     )
+
+
+def _response_label(key: str) -> str:
+    """A response with its unit, and the condition under which it is measured where there is one."""
+    _, condition = parts_of(key.split(".")[0])
+    label = axis_label(response(key))
+    return f"{label}\n{condition.replace('_', ' ')}" if condition else label
 
 
 def _front(findings: Findings, album: Album) -> str:

@@ -195,9 +195,7 @@ def _power(powers: Sequence[Power], album: Album) -> str:
 
 
 def _label(row: ObservableRow) -> str:
-    setup, _, condition = row.experiment.partition("@")
-    words = key_words(f"{setup}.{row.key.removeprefix(f'{row.experiment}.')}")
-    return f"{words[:-1]}, {condition.replace('_', ' ')})" if condition else words
+    return key_words(row.key)
 
 
 def _words(name: str) -> str:

@@ -7,17 +7,28 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from calibrator.case.experiment import ordered, parts_of
 from calibrator.case.problem import Target
-from calibrator.case.vocabulary import SETUPS
 from calibrator.report.figures import grains
 from calibrator.report.figures import runs as figures
 from calibrator.report.figures.outlines import scenes
 from calibrator.report.findings import Findings, arrays_of, by_distance, missing
 from calibrator.report.html import Album, mark, note, section, table
-from calibrator.report.words import heading, number, percent, short, with_error, words
+from calibrator.report.words import (
+    experiment_words,
+    file_name,
+    heading,
+    key_words,
+    number,
+    percent,
+    short,
+    with_error,
+    words,
+)
+from calibrator.responses.table import experiment_of
 from calibrator.runs.folder import gather
 from calibrator.runs.record import Record
-from calibrator.runs.setups import SETUP_ENTRIES, Curve, numbers
+from calibrator.runs.setups import SETUP_ENTRIES, Curve, Setup, numbers
 from calibrator.verification.outcome import Comparison, Verdict
 from calibrator.verification.verify import probe_request
 
@@ -25,50 +36,51 @@ from calibrator.verification.verify import probe_request
 
 
 def pictures(findings: Findings, album: Album) -> str:
-    """Grains of one run per set-up."""
-    case = findings.space.case
-    setups = [
-        s
-        for s in SETUPS
-        if any(t.setup == s for t in (*case.problem.targets, *case.problem.held_out))
-    ]
-    return section("The set-ups", *(_picture(findings, album, setup) for setup in setups))
+    """Grains of one run per experiment."""
+    problem = findings.space.case.problem
+    both = (*problem.experiments, *problem.held_out_experiments)
+    shown = ordered(both, problem.conditions)
+    return section("The set-ups", *(_picture(findings, album, experiment) for experiment in shown))
 
 
-def _picture(findings: Findings, album: Album, setup: str) -> str:
+def _picture(findings: Findings, album: Album, experiment: str) -> str:
     """The grains of one run; a sentence where no run kept them."""
-    found = _run_with_curves(findings, setup)
+    found, called = _run_with_curves(findings, experiment), experiment_words(experiment)
     if found is None:
-        verb = "verify" if setup in findings.space.case.problem.calibration_setups else "validate"
-        return missing(findings, f"The picture of the {words(setup)}", verb)
+        verb = "verify" if experiment in findings.space.case.problem.experiments else "validate"
+        return missing(findings, f"The picture of the {called}", verb)
     record, arrays = found
+    setup = record.request.setup
     p = numbers(record.request)
     values = ", ".join(f"{words(n)} {number(p[n], 3)}" for n in findings.space.case.problem.names)
     cut = SETUP_ENTRIES[setup].cut
     view = "; the grains in front of the axis are cut away" if cut else ""
     caption = (
-        f"{words(setup).capitalize()} in YADE: {len(arrays['filled'])} grains filled,"
+        f"{called.capitalize()} in YADE: {len(arrays['filled'])} grains filled,"
         f" {len(arrays['final'])} at rest after the release{view}. Red: the scanned surface (mean)."
         f" Run {record.run_id} with {values}."
     )
     moments = scenes(setup, p, arrays)
     return album.figure(
-        f"packing_{setup}",
+        f"packing_{file_name(experiment)}",
         caption,
         lambda: grains.packing(moments, p["particle_radius"], cut),
     )
 
 
-def _run_with_curves(findings: Findings, setup: str) -> tuple[Record, dict[str, np.ndarray]] | None:
+def _run_with_curves(
+    findings: Findings, experiment: str
+) -> tuple[Record, dict[str, np.ndarray]] | None:
     """The compromise's own fresh run where there is one, with its arrays.
 
     Else the run nearest to the compromise that kept its grains; None where none did.
     """
     own = findings.verified.get("compromise", []) + findings.validated.get("compromise", [])
-    request = probe_request(findings.space, findings.calibration, setup)
+    request = probe_request(findings.space, findings.calibration, experiment)
+    problem = findings.space.case.problem
     probe = gather(findings.space.runs, [request])
     for record in [*probe, *own, *by_distance(findings, findings.records)]:
-        if record.status == "ok" and record.request.setup == setup:
+        if record.status == "ok" and experiment_of(problem, record.request) == experiment:
             arrays = arrays_of(findings, record)
             if {"filled", "final"} <= set(arrays):
                 return record, arrays
@@ -147,18 +159,30 @@ def _simulated_cell(row: Comparison) -> str:
 
 def _deviations(outcome: Mapping[str, Verdict]) -> list[figures.Deviation]:
     """What is drawn: the responses that fresh runs measured."""
+    rows = [(label, row) for label, own in outcome.items() for row in own.responses]
+    keys = list(dict.fromkeys(row.key for _, row in rows))
+    titles = dict(zip(keys, _titles(keys), strict=True))
     return [
-        _deviation(label, row, row.relative_error, row.standard_error or 0.0)
-        for label, own in outcome.items()
-        for row in own.responses
+        _deviation(label, titles[row.key], row, row.relative_error, row.standard_error or 0.0)
+        for label, row in rows
         if row.relative_error is not None
     ]
 
 
-def _deviation(label: str, row: Comparison, off: float, error: float) -> figures.Deviation:
+def _titles(keys: Sequence[str]) -> list[str]:
+    """Keys of responses in words, with their experiments where several measure the same."""
+    names = [key.split(".")[1] for key in keys]
+    return [
+        words(name) if names.count(name) == 1 else key_words(key).replace(" (", "\n(")
+        for key, name in zip(keys, names, strict=True)
+    ]
+
+
+def _deviation(
+    label: str, title: str, row: Comparison, off: float, error: float
+) -> figures.Deviation:
     """One response of one candidate as fractions of its target's scale."""
     promised = None if row.predicted is None else (row.predicted - row.target) / row.scale
-    title = words(row.key.split(".")[1])
     return figures.Deviation(label, title, off, error / row.scale, promised, row.band / row.scale)
 
 
@@ -191,11 +215,11 @@ def validation(findings: Findings, album: Album) -> str:
         "good runs",
         "verdict",
     ]
-    own = _by_setup(findings, findings.validated)
+    own = _arrays_by_experiment(findings, findings.validated)
     figures = [
-        _drawn(album, setup, runs, curve)
-        for setup, runs in own.items()
-        if (curve := SETUP_ENTRIES[setup].profile)
+        _drawn(album, experiment, runs, curve)
+        for experiment, runs in own.items()
+        if (curve := _setup(experiment).profile)
     ]
     caption = "Validation: the candidates predict measurements that were not used"
     return section("Validation", table(caption, head, rows, 3), *figures)
@@ -219,16 +243,18 @@ def _why_not(row: Comparison) -> str:
 # Curves of single runs
 
 
-def _by_setup(
+def _arrays_by_experiment(
     findings: Findings, runs: Mapping[str, Sequence[Record]]
 ) -> dict[str, dict[str, list[dict[str, np.ndarray]]]]:
-    """Arrays of the runs that reached rest, by set-up and candidate."""
+    """Arrays of the runs that reached rest, by experiment and candidate."""
     found: dict[str, dict[str, list[dict[str, np.ndarray]]]] = {}
+    problem = findings.space.case.problem
     for label, records in runs.items():
         for record in records:
             arrays = arrays_of(findings, record) if record.status == "ok" else {}
             if arrays:
-                found.setdefault(record.request.setup, {}).setdefault(label, []).append(arrays)
+                own = found.setdefault(experiment_of(problem, record.request), {})
+                own.setdefault(label, []).append(arrays)
     return found
 
 
@@ -240,21 +266,30 @@ def _run_curves(findings: Findings, album: Album) -> str:
         if label in findings.verified
     }
     parts = [
-        _drawn(album, setup, runs, curve)
-        for setup, runs in _by_setup(findings, ordered).items()
-        for curve in SETUP_ENTRIES[setup].curves
-        if curve is SETUP_ENTRIES[setup].profile or _pairs(runs, curve)
+        _drawn(album, experiment, runs, curve)
+        for experiment, runs in _arrays_by_experiment(findings, ordered).items()
+        for curve in _setup(experiment).curves
+        if curve is _setup(experiment).profile or _pairs(runs, curve)
     ]
     return "".join(parts) or note("The verification runs left no curves.")
 
 
+def _setup(experiment: str) -> Setup:
+    """What is known of an experiment's set-up."""
+    return SETUP_ENTRIES[parts_of(experiment)[0]]
+
+
 def _drawn(
-    album: Album, setup: str, runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]], curve: Curve
+    album: Album,
+    experiment: str,
+    runs: Mapping[str, Sequence[Mapping[str, np.ndarray]]],
+    curve: Curve,
 ) -> str:
     """The figure of a curve; a sentence where the runs left none."""
-    caption, pairs = curve.caption.format(setup=words(setup)), _pairs(runs, curve)
+    caption = curve.caption.format(setup=experiment_words(experiment))
+    pairs = _pairs(runs, curve)
     draw = functools.partial(figures.run_curves, pairs, curve)
-    return album.figure(f"{curve.name}_{setup}", caption, draw)
+    return album.figure(f"{curve.name}_{file_name(experiment)}", caption, draw)
 
 
 def _pairs(

@@ -6,6 +6,7 @@ import html
 import math
 from collections.abc import Sequence
 
+from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Target
 from calibrator.case.vocabulary import RESPONSES, Quantity
 
@@ -80,14 +81,29 @@ def words(name: str) -> str:
 
 
 def response(key: str) -> Quantity:
-    """What the vocabulary says of a response; key : setup.response."""
+    """What the vocabulary says of a response; key : experiment.response."""
     return RESPONSES[key.split(".")[1]]
 
 
+def experiment_words(experiment: str) -> str:
+    """An experiment in words.
+
+    >>> experiment_words("hourglass@wide_neck")
+    'hourglass, wide neck'
+    """
+    setup, condition = parts_of(experiment)
+    return f"{words(setup)}, {condition.replace('_', ' ')}" if condition else words(setup)
+
+
 def key_words(key: str) -> str:
-    """A key in words: response (set-up)."""
-    setup, response = key.split(".")
-    return f"{words(response)} ({words(setup)})"
+    """A key in words: response (set-up), or response (set-up, condition)."""
+    experiment, response = key.split(".")
+    return f"{words(response)} ({experiment_words(experiment)})"
+
+
+def file_name(key: str) -> str:
+    """A key, or an experiment, in the name of a file: without a dot or an at sign."""
+    return key.replace(".", "_").replace("@", "_")
 
 
 def listed(words: Sequence[str]) -> str:

@@ -105,7 +105,7 @@ class Coordinates:
 
 def scales_of_their_own(problem: Problem) -> list[str]:
     """Parameters, calibrated or fixed off their default, that similarity does not hold beside."""
-    given = [problem.fixed, *problem.setups.values()]
+    given = [problem.fixed, *problem.setups.values(), *map(problem.values_of, problem.experiments)]
     off = {n for one in given for n, value in one.items() if value != PARAMETERS[n].default}
     return [name for name in OWN_SCALE if name in off or name in problem.names]
 

@@ -32,14 +32,14 @@ def fit_responses(
 ) -> Interpolant:
     """Interpolate raw responses over the problem's parameters.
 
-    Each response is interpolated over those parameters alone that its set-up takes.
+    Each response is interpolated over those parameters alone that vary in its experiment.
 
     Parameters
     ----------
-    points : (n, d) parameter sets, replicates repeated; NaN where a row's set-up has no such
-        parameter
+    points : (n, d) parameter sets, replicates repeated; NaN where a parameter does not vary
+        in a row's experiment
     values : (n, m) responses, NaN where not measured
-    keys : m names, setup.response
+    keys : m names, experiment.response
     method : "process" or "multilinear"
     similarity : whether the particle density is taken out
     noise : (m,) seed noise where it is known
@@ -100,15 +100,15 @@ def _fit_alike(
     return Cautious.of(inner)
 
 
-def _require_reach(inner: Multilinear, change: Coordinates, setup: str) -> None:
+def _require_reach(inner: Multilinear, change: Coordinates, experiment: str) -> None:
     """Raise CalibratorError where a grid ends before the box does, as no run went well beyond."""
     low, high = change.bounds
     for i, name in enumerate(change.names):
         ends = inner.axes[i][0], inner.axes[i][-1]
         if not np.allclose(ends, (low[i], high[i]), rtol=1e-6):
             raise CalibratorError(
-                f"no good run of {setup} reaches from {name} = {low[i]:g} to {high[i]:g}, only from"
-                f" {ends[0]:g} to {ends[1]:g}: narrow its bounds to these, or set"
+                f"no good run of {experiment} reaches from {name} = {low[i]:g} to {high[i]:g}, only"
+                f" from {ends[0]:g} to {ends[1]:g}: narrow its bounds to these, or set"
                 ' interpolation.method = "process"'
             )
 

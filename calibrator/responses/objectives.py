@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calibrator.case.physics import Columns, rayleigh_time
-from calibrator.case.problem import Problem, known
+from calibrator.case.problem import Problem
+from calibrator.case.values import known
 from calibrator.errors import CalibratorError
 from calibrator.responses.targets import Responses, relative_errors, target_columns
 

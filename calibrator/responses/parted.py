@@ -1,7 +1,7 @@
-"""Interpolants of responses whose set-ups take different parameters, side by side.
+"""Interpolants of responses in whose experiments different parameters vary, side by side.
 
-A ledge has no neck: its responses are functions of fewer parameters than an hourglass', and are
-interpolated over those alone.
+A ledge has no neck, and dried sand no moisture: their responses are functions of fewer parameters
+than those of a moist hourglass, and are interpolated over those alone.
 """
 
 from __future__ import annotations

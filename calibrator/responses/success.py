@@ -1,8 +1,8 @@
 """Where runs succeed: the probability of it, learnt from all runs, the failed ones too.
 
 Where every run clogs nothing is measured, and an interpolant through the others knows nothing of
-that. So a classifier by set-up learns from how runs ended, and whoever chooses parameter sets keeps
-to where a run is likely to succeed: the laboratory's material did flow.
+that. So a classifier by experiment learns from how runs ended, and whoever chooses parameter sets
+keeps to where a run is likely to succeed: the laboratory's material did flow.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 
 from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
-from calibrator.responses.table import points_of
+from calibrator.responses.table import by_experiment, points_of
 from calibrator.runs.record import Record
 from calibrator.threads import on_one_thread
 
@@ -38,22 +38,22 @@ REMEDIES = {
     "unstable": "lower rayleigh_fraction, or time_step where it is fixed",
     "input": "correct the values that the errors name",
 }
-"""What to do where every run of a set-up ended alike."""
+"""What to do where every run of an experiment ended alike."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outcomes:
-    """How the runs of one set-up ended.
+    """How the runs of one experiment ended.
 
     Attributes
     ----------
-    seen : columns of the parameters that it takes, c of d.
+    seen : columns of the parameters that vary in it, c of d.
     points, shares : (n, d) with NaN and (n, c), the runs' sets and where they lie on their scales.
     good : (n,) whether a run gave every target's response; statuses : n words.
     classifier : of good runs over shares; None where all ended alike.
     """
 
-    setup: str
+    experiment: str
     seen: list[int]
     points: np.ndarray
     shares: np.ndarray
@@ -62,20 +62,19 @@ class Outcomes:
     classifier: GaussianProcessClassifier | None
 
     @classmethod
-    def of(cls, problem: Problem, setup: str, records: Sequence[Record]) -> Outcomes:
-        """The outcomes of a set-up's runs; those of other set-ups are passed over."""
-        own = [r for r in records if r.request.setup == setup]
-        asked = [t.response for t in problem.targets if t.setup == setup]
+    def of(cls, problem: Problem, experiment: str, own: Sequence[Record]) -> Outcomes:
+        """The outcomes of an experiment's own runs."""
+        asked = [t.response for t in problem.targets if t.experiment == experiment]
         good = np.array(
             [r.status == "ok" and all(name in r.responses for name in asked) for r in own], bool
         )
         points = points_of(problem, [r.request for r in own])
-        seen = [i for i, n in enumerate(problem.names) if n in problem.seen_by(setup)]
+        seen = [i for i, n in enumerate(problem.names) if n in problem.seen_by(experiment)]
         shares = problem.shares_of(points)[:, seen]
         statuses = tuple("incomplete" if r.status == "ok" else r.status for r in own)
         mixed = good.any() and not good.all()
         classifier = _classifier(shares, good) if mixed else None
-        return cls(setup, seen, points, shares, good, statuses, classifier)
+        return cls(experiment, seen, points, shares, good, statuses, classifier)
 
     @on_one_thread
     def probability(self, shares: np.ndarray) -> np.ndarray:
@@ -95,7 +94,7 @@ class Outcomes:
         if not failed:
             return ""
         how, count = _how([self.statuses[i] for i in failed]), len(set(own[failed].tolist()))
-        return f"{self.setup} runs {how} at {count} of the {len(near)} nearest sets"
+        return f"{self.experiment} runs {how} at {count} of the {len(near)} nearest sets"
 
     @property
     def said(self) -> str:
@@ -103,26 +102,30 @@ class Outcomes:
         failed = [s for s, good in zip(self.statuses, self.good, strict=True) if not good]
         if not failed:
             return ""
-        return f"{len(failed)} of {len(self.good)} {self.setup} runs {_how(failed)}"
+        return f"{len(failed)} of {len(self.good)} {self.experiment} runs {_how(failed)}"
 
 
 @dataclass(frozen=True, eq=False)
 class Success:
-    """Where in the box runs of all set-ups with a target succeed; it has a part for each."""
+    """Where in the box runs of all experiments with a target succeed; it has a part for each."""
 
     problem: Problem
     parts: tuple[Outcomes, ...]
 
     @classmethod
     def of(cls, problem: Problem, records: Sequence[Record]) -> Success:
-        """What these runs say, whose set-ups are those with a target."""
-        setups = problem.calibration_setups
-        return cls(problem, tuple(Outcomes.of(problem, s, records) for s in setups))
+        """What these runs say of the experiments that have a target."""
+        return cls._of(problem, problem.experiments, records)
 
     @classmethod
-    def of_setup(cls, problem: Problem, setup: str, records: Sequence[Record]) -> Success:
-        """What these runs say of a single set-up."""
-        return cls(problem, (Outcomes.of(problem, setup, records),))
+    def of_experiment(cls, problem: Problem, name: str, records: Sequence[Record]) -> Success:
+        """What these runs say of a single experiment."""
+        return cls._of(problem, [name], records)
+
+    @classmethod
+    def _of(cls, problem: Problem, names: Sequence[str], records: Sequence[Record]) -> Success:
+        own = by_experiment(problem, records)
+        return cls(problem, tuple(Outcomes.of(problem, e, own.get(e, [])) for e in names))
 
     @property
     def certain(self) -> bool:
@@ -131,7 +134,7 @@ class Success:
 
     @property
     def failed(self) -> np.ndarray:
-        """Sets (f, d) of the failed runs; NaN where their set-up does not take a parameter."""
+        """Sets (f, d) of the failed runs; NaN where a parameter does not vary there."""
         none = np.empty((0, len(self.problem.names)))
         return np.concatenate([none, *(part.points[~part.good] for part in self.parts)])
 
@@ -144,12 +147,12 @@ class Success:
         if self.certain:
             return 1.0
         good = np.concatenate([part.points[part.good] for part in self.parts])
-        # what a set-up does not take may be anything to it
+        # what does not vary in an experiment may be anything to it
         shares = np.nan_to_num(self.problem.shares_of(good), nan=0.5)
         return NEARLY * float(self._at_shares(shares).max(initial=0.0))
 
     def probability(self, points: np.ndarray) -> np.ndarray:
-        """Probability (k,) that runs succeed at points (k, d), that of the set-up least likely."""
+        """Probability (k,) that runs succeed at points (k, d), that of the least likely."""
         if self.certain:
             return np.ones(len(points))
         return self._at_shares(self.problem.shares_of(points))
@@ -195,20 +198,25 @@ class Success:
 
 
 def require_good(problem: Problem, records: Sequence[Record]) -> None:
-    """Raise CalibratorError, in one sentence, where every run of a set-up with a target failed."""
+    """Raise CalibratorError, in one sentence, where all runs of an experiment failed."""
     if words := nothing_good(problem, records):
         raise CalibratorError(words)
 
 
 def nothing_good(problem: Problem, records: Sequence[Record]) -> str:
-    """How the runs of a set-up with a target ended where all failed, and what to do; else ""."""
-    for setup in problem.calibration_setups:
-        own = [r for r in records if r.request.setup == setup]
+    """How an experiment's runs ended where all failed, and what to do; "" where none is such."""
+    runs_of = by_experiment(problem, records)
+    for experiment in problem.experiments:
+        own = runs_of.get(experiment, [])
         if own and all(r.status != "ok" for r in own):
             kinds = Counter(r.status for r in own)
             (kind, _), *others = kinds.most_common()
             remedy = REMEDIES.get(kind, "look at the failures that the verb collect lists")
-            runs = f"all {len(own)} {setup} runs" if len(own) > 1 else f"the only {setup} run"
+            runs = (
+                f"all {len(own)} {experiment} runs"
+                if len(own) > 1
+                else f"the only {experiment} run"
+            )
             return f"{runs} {_how([r.status for r in own])}: {'first ' if others else ''}{remedy}"
     return ""
 

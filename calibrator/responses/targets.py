@@ -65,7 +65,7 @@ def repeats(targets: Sequence[Target]) -> np.ndarray:
     Of one run the residual mass, the residual fraction and the equivalent angle are functions of
     each other, so that three of them are one piece of evidence (`repeats` in the contract).
     """
-    roots = [(t.setup, RESPONSES[t.response].repeats or t.response) for t in targets]
+    roots = [(t.experiment, RESPONSES[t.response].repeats or t.response) for t in targets]
     return np.array([[float(a == b) for b in roots] for a in roots])
 
 

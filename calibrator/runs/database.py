@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibrator.case.problem import LARGEST, known
+from calibrator.case.values import LARGEST, known
 from calibrator.case.vocabulary import (
     PARAMETERS,
     RESPONSES,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from calibrator.case.problem import LARGEST, is_number
+from calibrator.case.values import LARGEST, is_number
 from calibrator.case.vocabulary import DIAGNOSTICS, RESPONSES, SCHEMA, STATUSES
 from calibrator.errors import one_line, shown
 from calibrator.files import parse_json, read_text

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from calibrator.case.problem import Value, checked_value, known
+from calibrator.case.values import Value, checked_value, known
 from calibrator.case.vocabulary import PARAMETERS, SCHEMA, SETUPS, parameters_of
 from calibrator.errors import CalibratorError
 from calibrator.files import write_text

@@ -11,7 +11,9 @@ import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.codec import finite
+from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Problem
+from calibrator.case.vocabulary import PARAMETERS
 from calibrator.files import packed, write_bytes, write_text
 from calibrator.plan.run import confirmed_set, database_records
 from calibrator.responses.fit import fit
@@ -24,7 +26,7 @@ from calibrator.responses.interpolant import (
 )
 from calibrator.responses.objectives import evaluation
 from calibrator.responses.success import HIGH, Success
-from calibrator.responses.table import points_of, response_table
+from calibrator.responses.table import by_experiment, points_of, response_table
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace, counts
 from calibrator.search.front import compromise, spread
@@ -82,16 +84,18 @@ def calibrate(space: Workspace) -> Calibration:
 
 
 def _unseen(problem: Problem) -> tuple[str, ...]:
-    """A sentence for each set-up with a target that does not take every parameter."""
-    blind = {
-        setup: [n for n in problem.names if n not in problem.seen_by(setup)]
-        for setup in problem.calibration_setups
-    }
-    return tuple(
-        f"{setup} does not have {' and '.join(names)}: its responses are interpolated without"
-        for setup, names in blind.items()
-        if names
-    )
+    """A sentence for each experiment with a target in which not every parameter varies."""
+    found = []
+    for experiment in problem.experiments:
+        setup, _ = parts_of(experiment)
+        own = [n for n in problem.names if setup in PARAMETERS[n].setups]
+        lacks = [n for n in problem.names if n not in own]
+        held = [n for n in own if n not in problem.seen_by(experiment)]
+        for verb, names in (("does not have", lacks), ("fixes", held)):
+            if names:
+                said = f"{experiment} {verb} {' and '.join(names)}"
+                found.append(f"{said}: its responses are interpolated without")
+    return tuple(found)
 
 
 def _failures(success: Success, points: dict[str, np.ndarray]) -> tuple[str, ...]:
@@ -189,11 +193,12 @@ def _noise(
 
 
 def _replicated(problem: Problem, records: Sequence[Record]) -> tuple[int, int]:
-    """Sets of a set-up's own parameters with several good runs, and all with one or more."""
+    """Sets of an experiment's own parameters with several good runs, and all with one or more."""
+    good = [r for r in records if r.status == "ok"]
     counted = Counter(
-        (setup, *(r.request.value(n) for n in problem.seen_by(setup)))
-        for r in records
-        if r.status == "ok" and (setup := r.request.setup)
+        (experiment, *(r.request.value(n) for n in problem.seen_by(experiment)))
+        for experiment, own in by_experiment(problem, good).items()
+        for r in own
     )
     return sum(count > 1 for count in counted.values()), len(counted)
 

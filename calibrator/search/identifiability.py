@@ -125,8 +125,8 @@ def _residuals(
     values = np.array([target.value for target in problem.targets])
     same = repeats(problem.targets)
     if alike is not None:
-        setups = np.array([target.setup for target in problem.targets])
-        same = np.maximum(same, alike[np.ix_(columns, columns)] * (setups[:, None] == setups))
+        own = np.array([target.experiment for target in problem.targets])
+        same = np.maximum(same, alike[np.ix_(columns, columns)] * (own[:, None] == own))
     crowd = np.sqrt((same * ruling(problem.targets)).sum(axis=1).clip(1))
 
     bounded = not success.certain or bool(problem.constraints)

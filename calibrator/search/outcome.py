@@ -35,8 +35,8 @@ class Calibration(Counts):
     compromise_reason : the rule that chose it; front_size : members of the front.
     generational_distance : for each repeat of the search, the mean distance of the front of each
         generation to the last one, in units of the objectives.
-    seed_noise : standard deviation of a single run by setup.response, in the response's unit, also
-        of what is held out where the runs measured it; None where too few replicates say.
+    seed_noise : standard deviation of a single run by experiment.response, in the response's unit,
+        also of what is held out where the runs measured it; None where too few replicates say.
     replicated : parameter sets with replicates, and all sets.
     leave_one_out_rms : error of the interpolant at sets left out, in the response's unit.
     unseen : which set-ups do not have which parameters, a sentence each; failures : how many runs
@@ -188,7 +188,7 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
             "parameters": problem.parameters,
             "constraints": problem.constraints,
             "fixed values": problem.fixed,
-            "set-ups": {s: problem.setups.get(s, {}) for s in problem.calibration_setups},
+            "set-ups": {e: problem.values_of(e) for e in problem.experiments},
             "interpolation": case.interpolation,
             "plan": case.plan,
             "search settings": case.search,

@@ -47,7 +47,7 @@ class Candidate:
     Attributes
     ----------
     parameters : value of each calibrated parameter, in its unit; objectives : by name;
-    predicted : what the interpolant promises, by setup.response.
+    predicted : what the interpolant promises, by experiment.response.
     """
 
     parameters: dict[str, float]

@@ -18,30 +18,34 @@ from calibrator.verification.outcome import Comparison
 
 def compare(
     targets: Sequence[Target],
-    records: Sequence[Record],
+    runs: Mapping[str, Sequence[Record]],
     promised: Mapping[str, Promise] | None = None,
     noise: Mapping[str, float | None] | None = None,
 ) -> tuple[Comparison, ...]:
     """Compare fresh runs with the targets, one comparison per target.
 
-    promised : what the interpolant said, by key; noise : standard deviation of one run in the
-    response's unit, by key, None or absent where the database knows none.
+    runs : by experiment; promised : what the interpolant said, by key; noise : standard deviation
+    of one run in the response's unit, by key, None or absent where the database knows none.
     """
     return tuple(
-        _compared(target, records, (promised or {}).get(target.key), (noise or {}).get(target.key))
+        _compared(
+            target,
+            runs.get(target.experiment, ()),
+            (promised or {}).get(target.key),
+            (noise or {}).get(target.key),
+        )
         for target in targets
     )
 
 
 def _compared(
-    target: Target, records: Sequence[Record], promise: Promise | None, noise: float | None
+    target: Target, own: Sequence[Record], promise: Promise | None, noise: float | None
 ) -> Comparison:
-    """One target against the fresh runs of its set-up.
+    """One target against the fresh runs of its own experiment.
 
     The band does not grow with the scatter of the runs that it judges (see `targets.bands`); their
     mean counts as met only if its own standard error is no wider than the band.
     """
-    own = [r for r in records if r.request.setup == target.setup]
     values = [
         r.responses[target.response]
         for r in own

@@ -80,7 +80,8 @@ class Comparison:
 class Verdict(Counts):
     """The fresh runs of one candidate against its targets.
 
-    responses : one comparison per target; most_failed : share of a set-up's runs that may fail;
+    responses : one comparison per target; most_failed : share of an experiment's runs that may
+    fail;
     passed : whether every target is met, and no more runs failed, None where there is no target;
     o1 : Eq. (3)-(4) at the mean of the fresh runs, None where a target was not measured;
     from_shipped_database : runs that come with the project; statuses, failed and yade are those of
@@ -105,7 +106,7 @@ class Verdict(Counts):
 
     @property
     def unreliable(self) -> tuple[str, ...]:
-        """Set-ups of which more runs failed, or lacked a response, than may."""
+        """Experiments of which more runs failed, or lacked a response, than may."""
         return too_many_failed(self.responses, self.most_failed)
 
     @property
@@ -177,8 +178,8 @@ class Validation(Verdict):
         """The verdicts in plain words."""
         if not self.responses:
             return [
-                "nothing to validate: no measurement is held out under the conditions of the"
-                " calibration; give a row of the lab file the role held_out"
+                "nothing to validate: no measurement is held out; give a row of the lab file the"
+                " role held_out"
             ]
         return [*super().lines(), *_by_label(self.candidates)]
 
@@ -193,14 +194,14 @@ def _by_label(verdicts: dict[str, Verdict]) -> list[str]:
 
 
 def too_many_failed(comparisons: Sequence[Comparison], most: float) -> tuple[str, ...]:
-    """Set-ups of which a larger share of the runs than this failed, or lacked a response."""
+    """Experiments of which a larger share of the runs than this failed, or lacked a response."""
     ruling = [c for c in comparisons if not c.reported_only]
     least = {c.key.split(".")[0]: 0.0 for c in ruling}
     for c in ruling:
-        setup = c.key.split(".")[0]
+        experiment = c.key.split(".")[0]
         lost = 1 - c.runs / c.attempted if c.attempted else 1.0
-        least[setup] = max(least[setup], lost)
-    return tuple(setup for setup, lost in least.items() if lost > most)
+        least[experiment] = max(least[experiment], lost)
+    return tuple(experiment for experiment, lost in least.items() if lost > most)
 
 
 def all_passed(comparisons: Sequence[Comparison], most_failed: float) -> bool | None:

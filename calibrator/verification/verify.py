@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from calibrator.case.fingerprint import Fingerprint, fingerprint
 from calibrator.case.problem import Target
 from calibrator.case.settings import Replicates
-from calibrator.case.vocabulary import SETUPS
-from calibrator.plan.requests import make_request, replicate_requests
+from calibrator.plan.requests import replicate_requests
+from calibrator.responses.table import by_experiment
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
@@ -33,22 +33,24 @@ Requests = dict[str, list[Request]]
 
 
 def verification_requests(space: Workspace, calibration: Calibration) -> Requests:
-    """Fresh seeds on the calibration's own set-ups, most of them for the compromise."""
+    """Fresh seeds in the calibration's own experiments, most of them for the compromise."""
     case = space.case
-    return _requests(space, calibration, case.verify, case.problem.calibration_setups)
+    return _requests(space, calibration, case.verify, case.problem.experiments)
 
 
 def validation_requests(space: Workspace, calibration: Calibration) -> Requests:
-    """Fresh seeds on every set-up with a target held out; of the others only where asked for."""
-    held_out = space.case.problem.held_out
-    setups = [s for s in SETUPS if any(t.setup == s for t in held_out)]
-    return _requests(space, calibration, space.case.validate, setups)
+    """Fresh seeds in every experiment with a target held out.
+
+    They are of the compromise, and of the other candidates only where asked for.
+    """
+    case = space.case
+    return _requests(space, calibration, case.validate, case.problem.held_out_experiments)
 
 
 def _requests(
-    space: Workspace, calibration: Calibration, settings: Replicates, setups: Sequence[str]
+    space: Workspace, calibration: Calibration, settings: Replicates, experiments: Sequence[str]
 ) -> Requests:
-    """Fresh seeds on these set-ups by candidate; none for a candidate that gets no replicate."""
+    """Fresh seeds in these experiments by candidate; none for one that gets no replicate."""
     requests = {}
     for index, (label, candidate) in enumerate(calibration.ordered.items()):
         count = settings.replicates if label == COMPROMISE else settings.spread_replicates
@@ -56,13 +58,15 @@ def _requests(
         point = candidate.point(space.case.problem.names)
         if count:
             requests[label] = [
-                r for s in setups for r in replicate_requests(space.case, s, point, fresh, index)
+                request
+                for experiment in experiments
+                for request in replicate_requests(space.case, experiment, point, fresh, index)
             ]
     return requests
 
 
 def verify(space: Workspace, report: Report = silent) -> Verification:
-    """Run YADE afresh at the candidates, on the set-ups used, and compare with promise and target.
+    """Run YADE afresh at the candidates, as calibrated, and compare with promise and target.
 
     Never uses the plan's runs; those of `verify.shipped` only, where a case has it. Raises
     CalibratorError where the calibration is missing or stale.
@@ -129,7 +133,8 @@ def _verdict(
     noise: Mapping[str, float | None] | None = None,
 ) -> Verdict:
     """The verdict on one candidate's fresh runs; promised, noise : see `compare`."""
-    comparisons = compare(targets, records, promised, noise)
+    runs = by_experiment(space.case.problem, records)
+    comparisons = compare(targets, runs, promised, noise)
     shipped = for_new_seeds(space, settings).shipped()
     return Verdict(
         responses=comparisons,
@@ -163,7 +168,7 @@ def _rests_on(
     done: Mapping[str, Sequence[Record]],
 ) -> Fingerprint:
     """Fingerprint of the calibration, the targets, the settings and the runs."""
-    setups = {t.setup: space.case.problem.setups.get(t.setup, {}) for t in targets}
+    setups = {t.experiment: space.case.problem.values_of(t.experiment) for t in targets}
     return fingerprint(
         {
             "calibration": (calibration.fingerprint, calibration.candidates),
@@ -175,9 +180,9 @@ def _rests_on(
     )
 
 
-def probe_request(space: Workspace, calibration: Calibration, setup: str) -> Request:
-    """The first fresh run of the compromise on a set-up: the one whose grains the report draws."""
+def probe_request(space: Workspace, calibration: Calibration, experiment: str) -> Request:
+    """The compromise's first fresh run in an experiment: the one whose grains the report draws."""
     case = space.case
     point = calibration.compromise.point(case.problem.names)
-    used = setup in case.problem.calibration_setups
-    return make_request(case, setup, point, (case.verify if used else case.validate).seed)
+    fresh = case.verify if experiment in case.problem.experiments else case.validate
+    return replicate_requests(case, experiment, point, dataclasses.replace(fresh, replicates=1))[0]

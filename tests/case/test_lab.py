@@ -87,11 +87,6 @@ def test_a_mistake_in_the_nuisance_table_is_named_with_its_remedy(
             "ledge,wide_neck,bulk_density",
             "the condition belongs to hourglass",
         ),
-        (
-            "hourglass,,bulk_density",
-            "hourglass,wide_neck,bulk_density",
-            "a calibration knows no conditions",
-        ),
     ],
 )
 def test_a_mistake_with_conditions_is_named_with_its_remedy(write_case, tmp_path, old, new, why):

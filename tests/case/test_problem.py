@@ -2,7 +2,8 @@
 
 import pytest
 
-from calibrator.case.problem import Parameter, checked_value
+from calibrator.case.problem import Parameter
+from calibrator.case.values import checked_value
 from calibrator.errors import CalibratorError
 
 

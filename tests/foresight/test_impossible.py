@@ -77,6 +77,21 @@ def test_a_grid_that_similarity_spoils_is_refused(checked):
         )
 
 
+def test_a_condition_that_fixes_what_similarity_needs_is_refused(checked):
+    density = "[parameters.particle_density]\nlow = 2600\nhigh = 2700\n[fixed]"
+    soft = '[conditions.soft]\nsetup = "hourglass"\nyoung_modulus = 1e6\n'
+    rows = [line.replace(",", ",,", 1) for line in LAB.splitlines()[2:]]
+    rows.append(rows[2].replace(",,", ",soft,"))
+    head = "setup,condition,response,value,scatter,replicates,unit,role"
+    with pytest.raises(CalibratorError, match="needs both particle_density and young_modulus"):
+        checked(
+            ("[fixed]", density),
+            ("particle_density = 2650.0\n", ""),
+            ("[run]", f"[interpolation]\nsimilarity = true\n{soft}[run]"),
+            lab="\n".join([head, *rows]) + "\n",
+        )
+
+
 def test_a_bulk_density_above_that_of_the_grains_is_refused(checked):
     with pytest.raises(CalibratorError, match="above the density of the grains, 2650"):
         checked(lab=LAB.replace("1605.6", "2700"))

@@ -9,14 +9,20 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from calibrator.case.case import Case
-from calibrator.case.settings import Condition, Diagnosis, Plan, Replicates, Validation
+from calibrator.case.experiment import Condition
+from calibrator.case.settings import Diagnosis, Plan, Replicates, Validation
 from calibrator.case.toml import read_case
 from calibrator.check import check_case
 from calibrator.diagnosis import experiments as ex
 from calibrator.errors import CalibratorError
 from calibrator.plan import seeds
 from calibrator.plan.design import sobol
-from calibrator.plan.requests import plan_requests, replicate_requests, substitutes
+from calibrator.plan.requests import (
+    plan_requests,
+    replicate_requests,
+    requests_by_experiment,
+    substitutes,
+)
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace
 
@@ -33,6 +39,18 @@ def meeting(case):
         for (one, a), (other, b) in combinations(found, 2)
         if max(a.start, b.start) < min(a.stop, b.stop)
     ]
+
+
+NECKS = (
+    "[plan]",
+    '[conditions.wide]\nsetup = "hourglass"\nneck_diameter = 0.02\n'
+    '[conditions.narrow]\nsetup = "hourglass"\nneck_diameter = 0.013\n[plan]',
+)
+UNDER_CONDITIONS = """setup,condition,response,value,scatter,replicates,unit,role
+hourglass,,mass_flow_rate,0.026,0.0001,8,kg/s,calibrate
+hourglass,wide,mass_flow_rate,0.05,0.0001,8,kg/s,calibrate
+hourglass,narrow,mass_flow_rate,0.02,0.0001,8,kg/s,held_out
+"""
 
 
 def own(requests):
@@ -78,6 +96,51 @@ def test_requests_keep_to_the_ranges_of_their_kinds():
         assert own(changes[i]) <= set(found[f"the fingerprints (experiment {i + 1})"])
 
 
+def test_runs_under_conditions_keep_to_ranges_of_their_own(write_case):
+    case = read_case(write_case(NECKS, lab=UNDER_CONDITIONS))
+    found = seeds.ranges(case)
+    assert seeds.overlapping(case) == [] and meeting(case) == []
+    assert "the plan (hourglass@narrow)" not in found
+    wide = requests_by_experiment(case)["hourglass@wide"]
+    assert own(wide) <= set(found["the plan (hourglass@wide)"])
+    again = substitutes([Record(r, "clogged") for r in wide])
+    assert own(again) <= set(found["the substitutes of clogged runs (hourglass@wide)"])
+    assert len(again) == len(wide) and not substitutes([Record(r, "clogged") for r in again])
+    point = sobol(case.problem, 1)[0]
+    for fresh, kind, experiment in (
+        (case.verify, "the verification", "hourglass@wide"),
+        (case.validate, "the validation", "hourglass@narrow"),
+    ):
+        runs = replicate_requests(case, experiment, point, fresh)
+        assert own(runs) <= set(found[f"{kind} ({experiment})"])
+
+
+def test_seeds_under_a_condition_that_meet_others_are_refused_with_what_to_change(write_case):
+    for seed, said in (
+        (599_999_999, "reach those of conditions, which begin at 600,000,000: lower verify.seed"),
+        (650_000_000, "reach those of conditions, which begin at 600,000,000: lower verify.seed"),
+        (10, None),
+    ):
+        change = ("[verify]", f"[verify]\nseed = {seed}")
+        sentences = seeds.overlapping(read_case(write_case(NECKS, change, lab=UNDER_CONDITIONS)))
+        assert any(said in one for one in sentences) if said else not sentences
+    plan = ("[plan]", "[diagnosis]\nseed = 600_000_500\n[plan]")
+    (sentence, *_) = seeds.overlapping(read_case(write_case(NECKS, plan, lab=UNDER_CONDITIONS)))
+    assert "the plan (hourglass@wide)" in sentence and "or move diagnosis.seed" in sentence
+
+
+def test_more_conditions_than_there_are_seeds_for_are_refused(write_case):
+    many = "".join(
+        f'[conditions.c{i}]\nsetup = "hourglass"\nneck_diameter = {0.015 + i * 1e-4}\n'
+        for i in range(16)
+    )
+    lab = UNDER_CONDITIONS.replace(",wide,", ",c14,").replace(",narrow,", ",c2,")
+    assert seeds.overlapping(read_case(write_case(("[plan]", many + "[plan]"), lab=lab))) == []
+    lab = lab.replace(",c14,", ",c15,")
+    found = seeds.overlapping(read_case(write_case(("[plan]", many + "[plan]"), lab=lab)))
+    assert found and all("name that condition before others" in one for one in found)
+
+
 FIRST = some.one_of(
     some.integers(0, 30_000_000), some.sampled_from([0, 1_000, 500_000, 700_000, 30_000_000])
 )
@@ -118,7 +181,7 @@ def changed(plan, verify, validate, diagnosis, conditions):
             verify=verify,
             validate=validate,
             diagnosis=diagnosis,
-            conditions=found,
+            problem=dataclasses.replace(DEMO.problem, conditions=found),
         )
     except CalibratorError:
         return None

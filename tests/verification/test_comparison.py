@@ -15,10 +15,13 @@ FLOW = Target("hourglass", "mass_flow_rate", 1.0, scatter=0.02, replicates=4)  #
 
 
 def runs(*values, response="mass_flow_rate"):
-    return [
-        Record(Request.of("hourglass", seed=i), "ok", {response: value})
-        for i, value in enumerate(values)
-    ]
+    """Runs of the hourglass with these values, by experiment."""
+    return {
+        "hourglass": [
+            Record(Request.of("hourglass", seed=i), "ok", {response: value})
+            for i, value in enumerate(values)
+        ]
+    }
 
 
 def one(*values, noise=None, target=FLOW):
@@ -62,9 +65,9 @@ def test_a_target_of_weight_zero_is_reported_and_rules_nothing():
     idle = dataclasses.replace(FLOW, response="late_early_ratio", weight=0.0)
     mixed = [
         dataclasses.replace(r, responses={**r.responses, "late_early_ratio": 5.0})
-        for r in runs(1.0, 1.001, 1.002)
+        for r in runs(1.0, 1.001, 1.002)["hourglass"]
     ]
-    found = compare([FLOW, idle], mixed)
+    found = compare([FLOW, idle], {"hourglass": mixed})
     assert all_passed(found, 0.5) and all_passed(found[1:], 0.5) is None
     assert "reported only" in found[1].line and np.isfinite(found[1].band)
     assert error_o1([FLOW, idle], found) == pytest.approx(0.001)
