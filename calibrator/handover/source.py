@@ -23,14 +23,20 @@ def copied(path: Path, wanted: Iterable[str]) -> str:
         name = open_.pop()
         if name not in needed:
             needed.add(name)
-            used = {n.id for n in ast.walk(places[name]) if isinstance(n, ast.Name)}
-            open_ += sorted(used & places.keys())
+            open_ += sorted(_used(places[name]) & places.keys())
     chosen = [node for node in tree.body if needed & set(_defined(node))]
     blocks = [(isinstance(node, ast.FunctionDef), _block(lines, node)) for node in chosen]
     found = ""
     for function, block in blocks:
         found += ("\n\n" if function else "") + block + "\n"
     return found.strip("\n") + "\n"
+
+
+def _used(node: ast.stmt) -> set[str]:
+    """Names in a statement, without those of its decorators, which are not copied."""
+    decorators = getattr(node, "decorator_list", [])
+    parts = [part for part in ast.iter_child_nodes(node) if part not in decorators]
+    return {n.id for part in parts for n in ast.walk(part) if isinstance(n, ast.Name)}
 
 
 def _defined(node: ast.stmt) -> list[str]:

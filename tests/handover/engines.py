@@ -131,9 +131,7 @@ def law_at_walls(walls):
 
 def stages_of(p, dt, top, release, stop, engine):
     """Filling, lift and rest."""
-    return rolling_engines.stages(
-        "conical_pile", p, dt, top, release, stop, engine == "lammps"
-    )
+    return rolling_engines.stages("conical_pile", p, dt, top, release, stop, engine == "lammps")
 
 
 def period_of(times, spin):

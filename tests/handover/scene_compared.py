@@ -11,14 +11,16 @@ import math
 import os
 import sys
 
-HERE = os.path.dirname(os.path.abspath(sys.argv[0]))
-FOLDER = os.environ["EXPORTED"]
-sys.path[:0] = [os.path.join(HERE, "..", "..", "yade_scripts"), FOLDER]
+# The script's path is in argv: inside YADE __file__ is YADE's own.
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
+sys.path.insert(0, os.path.join(sys.path[0], "..", "..", "yade_scripts"))
+sys.path.insert(0, os.environ["EXPORTED"])
 
 import contract
 import session
 from yade import InteractionLoop, NewtonIntegrator, O, utils
 
+FOLDER = os.environ["EXPORTED"]
 NUMBERS = ("betan", "betas", "en", "es", "eta", "krot", "ktwist", "gamma")
 
 

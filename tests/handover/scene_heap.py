@@ -6,15 +6,17 @@ By hand:  EXPORTED=folder MODULE=sand_yade YADE_BATCH=t.table:2 yade -n -x -j1 s
 import os
 import sys
 
-HERE = os.path.dirname(os.path.abspath(sys.argv[0]))
-SCRIPTS = os.path.join(HERE, "..", "..", "yade_scripts")
-sys.path[:0] = [SCRIPTS, os.environ["EXPORTED"]]
+# The script's path is in argv: inside YADE __file__ is YADE's own.
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
+sys.path.insert(0, os.path.join(sys.path[0], "..", "..", "yade_scripts"))
+sys.path.insert(0, os.environ["EXPORTED"])
 
 import grains
 import quiet
 import session
 from yade import O
 
+SCRIPTS = sys.path[1]
 sand = __import__(os.environ["MODULE"])
 
 

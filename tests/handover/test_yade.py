@@ -65,7 +65,7 @@ def found(tmp_path_factory):
 def test_the_exported_law_is_that_of_the_scripts_to_the_bit(found, name):
     theirs, ours = found["laws"][f"sand_{name}"]
     assert theirs == ours
-    assert ours["moment"] and ours["grains"]["eta"] != ours["walls"]["eta"] or name == "smooth"
+    assert (ours["moment"] and ours["grains"]["eta"] != ours["walls"]["eta"]) or name == "smooth"
 
 
 def test_two_grains_have_the_cap_and_the_restitution_of_the_material(found):
@@ -82,7 +82,7 @@ def test_a_grain_that_rolls_on_a_floor_is_slowed_by_mu_r(found, kind):
 
 @pytest.mark.parametrize("name", ["plain", "soft", "effects", "sizes", "ratio"])
 def test_other_engines_get_springs_and_steps_from_the_formulas_of_the_scripts(found, name):
-    """LIGGGHTS' and LAMMPS' files come from calibrator.handover.contact, which cannot import them."""
+    """The other files' numbers come from calibrator.handover.contact, which cannot import them."""
     (_, ours), p = found["laws"][f"sand_{name}"], material(**VARIANTS[name]).numbers
     assert contact.yade_step(p) == pytest.approx(ours["dt"], rel=1e-12)
     if name == "sizes":
