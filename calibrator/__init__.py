@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from calibrator.diagnosis.preflight import preflight as preflight
     from calibrator.errors import CalibratorError as CalibratorError
     from calibrator.handover.export import export as export
+    from calibrator.handover.write_card import write_card as write_card
     from calibrator.plan.forecast import forecast as forecast
     from calibrator.plan.run import collect as collect
     from calibrator.plan.run import run_plan as run_plan
@@ -63,6 +64,7 @@ _HOMES = {
     "preflight": "diagnosis.preflight",
     "diagnose": "diagnosis.diagnose",
     "export": "handover.export",
+    "write_card": "handover.write_card",
 }
 
 __all__ = ["__version__", *_HOMES]

@@ -89,6 +89,9 @@ HANDED_ON = {
         "write the calibrated material as files for YADE, LIGGGHTS, LAMMPS, MercuryDPM and EDEM",
         "handover.export:export",
     ),
+    "card": Verb(
+        "write the card of the material: JSON and a page", "handover.write_card:write_card"
+    ),
 }
 """The verbs that hand a finished calibration on."""
 

@@ -12,6 +12,7 @@ from calibrator.case.vocabulary import SCHEMA
 from calibrator.check import Checked
 from calibrator.diagnosis.outcome import Diagnosis, Preflight
 from calibrator.handover.export import Export
+from calibrator.handover.write_card import CardWritten
 from calibrator.plan.outcome import Collection, Forecast
 from calibrator.report.page import Page
 from calibrator.search.outcome import Calibration
@@ -29,6 +30,7 @@ OUTCOMES: dict[str, type] = {
     "preflight": Preflight,
     "diagnose": Diagnosis,
     "export": Export,
+    "card": CardWritten,
 }
 """Outcome of each verb."""
 

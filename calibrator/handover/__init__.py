@@ -8,5 +8,8 @@ unmapped   what of the material an engine's file does not hold
 source     functions of the YADE scripts, copied word for word
 wording    the head that all files share
 yade, liggghts, lammps, tables   the files
-export     the verb
+export     the verb `export`
+card       a material card as a value; family, scope: two of its parts
+card_page  the card as a page
+write_card the verb `card`
 """

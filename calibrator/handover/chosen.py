@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from dataclasses import dataclass
+from pathlib import Path
 
 from calibrator.case.fingerprint import changed
 from calibrator.case.problem import Value, known
@@ -44,6 +46,10 @@ class Standing:
 
     passed: bool | None
     sentence: str
+
+    def here(self, space: Workspace) -> str:
+        """The sentence with the command as it is called on this machine."""
+        return self.sentence.replace(shared(space, "verify"), space.command("verify"))
 
 
 @dataclass(frozen=True)
@@ -115,8 +121,15 @@ def chosen(space: Workspace, candidate: str = "") -> Chosen:
         differing=tuple(n for n in names if len({r.value(n) for r in requests}) > 1),
         standing=standing(space, found, label),
         yade=found.yade,
-        command=space.command("all"),
+        command=shared(space, "all"),
     )
+
+
+def shared(space: Workspace, verb: str) -> str:
+    """The command of a verb as a file says it that is handed on: without this machine's folders."""
+    path = space.case.path
+    plain = dataclasses.replace(space, arguments=())
+    return plain.command(verb, Path(path.name) if path.is_absolute() else path)
 
 
 def label_of(calibration: Calibration, candidate: str) -> str:
@@ -129,7 +142,7 @@ def label_of(calibration: Calibration, candidate: str) -> str:
 
 def verdict_of(space: Workspace, calibration: Calibration, label: str) -> Verdict | str:
     """The verification's verdict on a candidate; where none counts, why and what to do."""
-    noted, verify = space.outcome("verify", Verification), f"`{space.command('verify')}`"
+    noted, verify = space.outcome("verify", Verification), f"`{shared(space, 'verify')}`"
     if noted is None:
         return f"it is a promise of the interpolant so far: run {verify}"
     afresh = for_new_seeds(space, space.case.verify)

@@ -76,5 +76,5 @@ def export(
         write_text(path, FILES[name][1](found))
     missing = {name: unmapped(found, name) for name in wanted}
     standing = found.standing
-    done = Export(found.label, standing.passed, standing.sentence, files, missing)
+    done = Export(found.label, standing.passed, standing.here(space), files, missing)
     return space.note("export", done)

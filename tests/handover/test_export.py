@@ -49,8 +49,10 @@ def test_the_files_say_how_far_the_candidate_was_verified(space):
     assert after.verified == verified.candidates["compromise"].passed
     for path in before.files.values():
         assert plain(after.standing) in plain(path.read_text())
+        assert str(space.path.parent) not in path.read_text(), "no folder of this machine"
     assert "NOT VERIFIED: it is a promise" in before.standing
-    assert before.standing not in plain(after.files["lammps"].read_text())
+    assert f"run `{space.command('verify')}`" in before.standing
+    assert "a promise of the interpolant" not in plain(after.files["lammps"].read_text())
 
 
 def test_a_verification_that_is_stale_does_not_count(space, write_case):
