@@ -1,7 +1,9 @@
 """The exported module inside YADE: the contact law of the scripts, formulas, and a heap."""
 
+import ast
 import json
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -91,6 +93,31 @@ def test_other_engines_get_springs_and_steps_from_the_formulas_of_the_scripts(fo
     for pair, r_eff in (("grains", r / 2), ("walls", r)):
         spring = contact.rolling_spring(p, kind, r_eff) * r_eff**2
         assert spring == pytest.approx(ours[pair]["krot"], rel=1e-12)
+
+
+def test_the_example_of_the_document_runs_where_there_are_no_scripts(tmp_path):
+    """The grain falls for a while, meets the wall, and is held by a contact of the wall's kind."""
+    page = (HERE.parents[1] / "docs" / "export.md").read_text()
+    example = re.search(r"    import sys; sys.path.*\n(?:    .*\n|\n(?=    ))+", page).group()
+    lines = [line.removeprefix("    ") for line in example.splitlines()]
+    folder = tmp_path / "results" / "my_sand" / "export"
+    folder.mkdir(parents=True)
+    values = {**SAND, "particle_radius": 1e-3}
+    (folder / "my_sand_yade.py").write_text(yade.text(material(**values)))
+    ending = """
+O.run(40000, True)
+(contact,) = [i for i in O.interactions if i.isReal]
+open("found.txt", "w").write(repr([O.bodies[1].state.pos[2], contact.phys.kr, O.dt]))
+"""
+    (tmp_path / "own.py").write_text("\n".join(lines) + ending)
+    said = call(tmp_path / "own.py", tmp_path)
+    assert (tmp_path / "found.txt").exists(), said
+    height, spring, dt = ast.literal_eval((tmp_path / "found.txt").read_text())
+    p = material(**values).numbers
+    assert dt == contact.yade_step(p)
+    assert spring == pytest.approx(contact.rolling_spring(p, "epsd2", 1e-3) * 1e-6)
+    weight = contact.grain_mass(p) * GRAVITY
+    assert 1e-3 - height == pytest.approx(contact.overlap(p, 1e-3, weight), rel=0.02)
 
 
 @pytest.mark.slow
