@@ -10,6 +10,12 @@ from calibrator.handover.wording import commented, head, wrapped
 SOFT, HARD = 5e6, 1e9
 """[Pa]: below and above, LIGGGHTS refuses a Young's modulus unless it is told that it is meant."""
 
+STEP = {
+    False: "a fifth of the Rayleigh time, as in the comparison above; YADE's own is longer",
+    True: "as the case fixes it",
+}
+"""What the time step is, by whether the case fixes it."""
+
 MAPPING = """How it maps:
 - pair gran hertz with tangential history is the Hertz-Mindlin law of the calibration, with
   R_eff = R at walls; restitution is the coefficient, and not YADE's damping ratio betan.
@@ -20,7 +26,7 @@ MAPPING = """How it maps:
 - The shear force is k_t times the displacement here, a sum of increments in YADE: one of the
   reasons why bulk responses differ a little.
 
-Measured at equal parameters, YADE minus LIGGGHTS (epsd2):
+Measured at equal parameters, YADE minus LIGGGHTS:
 {measured}
 
 To be set before the box is made:
@@ -45,6 +51,8 @@ def text(chosen: Chosen) -> str:
     p = chosen.numbers
     model = str(chosen.values["rolling_spring"])
     measured = "\n".join(f"  {line}" for line in sentences("LIGGGHTS", _ratio(chosen)))
+    if model == "epsd":
+        measured = "  nothing with the soft spring epsd"
     mapping = MAPPING.format(model=model, measured=measured, stem=chosen.stem).splitlines()
     mu, ratio = p["sliding_friction"], p["wall_friction_ratio"]
     rows = [
@@ -75,7 +83,7 @@ def text(chosen: Chosen) -> str:
         "pair_style gran ${law}",
         "pair_coeff * *",
         "",
-        "# [s], a fifth of the Rayleigh time: that of the comparison above; YADE's own is longer",
+        f"# [s], {STEP[bool(p['time_step'])]}",
         f"timestep {liggghts_step(p):.10g}",
     ]
     return "\n".join(lines) + "\n"

@@ -14,7 +14,7 @@ from benchmarks.runs import rolling_engines
 from benchmarks.runs.dem import core_seconds
 from benchmarks.runs.liggghts_hourglass import GRAINS, read_centres
 from benchmarks.runs.rolling_grains import cloud, write_grains
-from benchmarks.runs.rolling_scans import responses
+from benchmarks.runs.rolling_scans import passed, responses
 from calibrator.handover import contact, lammps, liggghts
 
 TEXT = {"liggghts": liggghts.text, "lammps": lammps.text}
@@ -60,10 +60,10 @@ def each_engine(function):
     return pytest.mark.parametrize("engine", cases)(function)
 
 
-def include(engine, chosen, folder):
-    """Write the exported file; the commands up to and with its inclusion."""
+def include(engine, chosen, folder, side="f"):
+    """Write the exported file; the commands up to and with its inclusion; side : of the box."""
     (folder / f"sand.{engine}").write_text(TEXT[engine](chosen))
-    before = BEFORE[engine].format(side="f", skin=0.4 * chosen.numbers["particle_radius"])
+    before = BEFORE[engine].format(side=side, skin=0.4 * chosen.numbers["particle_radius"])
     return f"{before}\ninclude sand.{engine}\n"
 
 
@@ -95,43 +95,55 @@ def timestep(text):
     return float(line.split()[1])
 
 
-def heap(engine, chosen, p, folder):
-    """Responses of a heap with the exported contact law; p : the set-up's parameters, the seed."""
+def bulk(engine, setup, chosen, p, folder):
+    """Status and responses of a run with the exported contact law; p : the set-up's parameters.
+
+    LAMMPS has the heap only.
+    """
     p = {**p, **chosen.values}
-    centres, velocities = cloud("conical_pile", p)
-    top = float(centres[:, 2].max())
-    dt = timestep(TEXT[engine](chosen))
-    if engine == "lammps":
-        law, walls, release, box = rolling_engines.lammps_walls("LAMMPS", p, 1.0, dt, top)
-        # the wall's law of the benchmark goes, the file's own takes its place
-        own = law_at_walls(walls)
-        walls, stop = walls.replace(own, "${wall_law}"), ""
-        assert law != own and walls.count("${wall_law}") == 2
-    else:
-        walls, release, stop, box = rolling_engines.liggghts_walls("conical_pile", p, folder, top)
-        walls = walls.replace(rolling_engines.LAW, "${law}").replace("type 2", "type ${wall}")
-        assert walls.count("${law}") == 2
-    text = include(engine, chosen, folder)
+    centres, velocities = cloud(setup, p)
+    top, dt = float(centres[:, 2].max()), timestep(TEXT[engine](chosen))
+    walls, release, stop, box = own_walls(engine, setup, p, folder, dt, top)
+    every = max(1, round(p["sampling_interval"] / dt))
+    text = include(engine, chosen, folder, "p" if setup == "ledge" else "f")
     text += f"fix g all gravity 9.81 vector 0.0 0.0 -1.0\n{walls}\nfix move all nve/sphere\n"
-    text += stages_of(p, dt, top, release, stop, engine)
+    release = release.format(every=every)
+    text += rolling_engines.stages(setup, p, dt, top, release, stop, engine == "lammps")
     write_grains(folder, p, centres, velocities, box, engine == "lammps")
     (folder / "in.run").write_text(text)
     seconds = core_seconds([COMMAND[engine], "-in", "in.run"], folder)
     filled, final = (read_centres(folder / f"{name}.dump") for name in ("filled", "final"))
-    status, found = responses("conical_pile", p, filled, final, None)
-    assert status == "ok" and len(final) == len(centres)
-    return {**found, "core_seconds": seconds}
+    assert len(filled) == len(centres), "grains were lost"
+    left = np.loadtxt(folder / "left.txt", skiprows=1) if setup == "hourglass" else None
+    curve = None if left is None else passed(left, dt, p, len(filled))
+    status, found = responses(setup, p, filled, final, curve)
+    return status, {**found, "core_seconds": seconds}
+
+
+def own_walls(engine, setup, p, folder, dt, top):
+    """Walls, release, what follows it, and the box, of the benchmark, with the file's own law."""
+    if engine == "lammps":
+        assert setup == "conical_pile"
+        _, walls, release, box = rolling_engines.lammps_walls("LAMMPS", p, 1.0, dt, top)
+        walls, stop = walls.replace(law_at_walls(walls), "${wall_law}"), ""
+        assert walls.count("${wall_law}") == 2
+        return walls, release, stop, box
+    walls, release, stop, box = rolling_engines.liggghts_walls(setup, p, folder, top)
+    walls, release = (
+        text.replace(rolling_engines.LAW, law).replace("type 2", f"type {wall}")
+        for text, law, wall in (
+            (walls, "${law}", "${wall}"),
+            (release, "${{law}}", "${{wall}}"),  # which is formatted once more
+        )
+    )
+    assert "${law}" in walls and "rolling_friction" not in walls + release
+    return walls, release, stop, box
 
 
 def law_at_walls(walls):
     """The contact law of the benchmark's floor."""
     line = walls.splitlines()[0]
     return line.removeprefix("fix wb all wall/gran granular ").removesuffix(" zplane 0.0 NULL")
-
-
-def stages_of(p, dt, top, release, stop, engine):
-    """Filling, lift and rest."""
-    return rolling_engines.stages("conical_pile", p, dt, top, release, stop, engine == "lammps")
 
 
 def period_of(times, spin):

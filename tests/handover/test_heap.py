@@ -6,7 +6,7 @@ import pytest
 from benchmarks.runs import rolling_stiffness
 from calibrator.handover.measured import GAPS, HEAP
 from calibrator.runs.request import Request
-from tests.handover.engines import each_engine, heap
+from tests.handover.engines import bulk, each_engine
 from tests.handover.materials import material
 
 PAIR, SEEDS = (0.3, 0.5), rolling_stiffness.SEEDS[:2]
@@ -22,12 +22,14 @@ def test_a_heap_in_the_other_engine_is_yades_within_what_was_measured_and_the_no
     found = []
     for seed in SEEDS:
         p = rolling_stiffness.parameters("conical_pile", PAIR, seed)
-        own = dict(young_modulus=p["young_modulus"], restitution=p["restitution"])
-        chosen = material(rolling_friction=PAIR[0], sliding_friction=PAIR[1], **own)
+        elastic = dict(young_modulus=p["young_modulus"], restitution=p["restitution"])
+        chosen = material(rolling_friction=PAIR[0], sliding_friction=PAIR[1], **elastic)
         folder = tmp_path / str(seed)
         folder.mkdir()
         whole = Request.of("conical_pile", **p).parameters
-        found.append(heap(engine, chosen, whole, folder))
+        status, own = bulk(engine, "conical_pile", chosen, whole, folder)
+        assert status == "ok"
+        found.append(own)
     angles = yades("pile_equivalent_angle_deg")
     gap = next(g for g in GAPS if (g.engine.lower(), g.ratio, g.response) == (engine, 4.0, HEAP))
     mean = np.mean([one["pile_equivalent_angle_deg"] for one in found])

@@ -1,5 +1,7 @@
 """Nothing of a calibration is dropped from a file without a word."""
 
+import dataclasses
+
 import pytest
 
 from calibrator.handover.chosen import SWITCHES
@@ -52,6 +54,27 @@ def test_an_effect_is_either_in_the_law_or_said_to_be_missing(engine, name):
 def test_the_soft_rolling_spring_is_spoken_of_where_it_is_not_yades(engine, speaks):
     said = unmapped(material(rolling_spring="epsd"), engine)
     assert any("rolling_spring = epsd" in s for s in said) == speaks
+
+
+def test_what_the_set_ups_of_a_calibration_do_not_share_is_said():
+    chosen = dataclasses.replace(material(), differing=("bond_number",))
+    for engine in FILES:
+        assert "bond_number differ between the set-ups" in words(FILES[engine][1](chosen))
+
+
+def test_a_step_that_the_case_fixes_is_every_file_s():
+    chosen = material(time_step=1.25e-6)
+    for engine in ("liggghts", "lammps"):
+        assert "\ntimestep 1.25e-06\n" in FILES[engine][1](chosen)
+    assert "Time Step,1.25e-06,s" in FILES["edem"][1](chosen)
+
+
+@pytest.mark.parametrize("engine", ["liggghts", "lammps"])
+def test_no_difference_is_claimed_for_the_soft_spring_which_was_not_compared(engine):
+    for spring, claims in (("epsd", False), ("epsd2", True)):
+        text = words(FILES[engine][1](material(rolling_spring=spring)))
+        assert ("heap, equivalent angle" in text) == claims
+        assert ("nothing with the soft spring" in text) == (not claims)
 
 
 def test_the_ratio_of_the_rolling_spring_is_missing_in_liggghts_only():
