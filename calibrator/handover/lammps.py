@@ -11,7 +11,7 @@ MAPPING = """How it maps:
 - hertz/material with damping coeff_restitution: E, e, nu of the material; LAMMPS forms E*
   itself, and takes R_eff = R at walls.
 - tangential mindlin/force: a sum of k_t times increments of the displacement, as in YADE. NULL
-  takes k_t from E and nu, and 1.0 the normal damping for the shear, as LAMMPS recommends.
+  takes k_t from E and nu, and 1.0 the normal damping for the shear.
 - rolling sds: the moment is capped at mu_r R_eff |F_n|, so the last number is mu_r itself.
   YADE's eta is another number (mu_r / 2 for equal grains) and must not be put here. The first
   number is the rolling stiffness over R_eff^2 [N/m], a constant as in YADE: {ratio}
@@ -21,7 +21,7 @@ MAPPING = """How it maps:
 
 Measured at equal parameters and springs, YADE minus LAMMPS:
 {measured}
-  Densities, ledges and discharge were not compared.
+  Ledges and discharge were not compared.
 
 To be set before the box is made:
     units si

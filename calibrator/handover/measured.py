@@ -70,9 +70,9 @@ def sentences(engine: str, ratio: float) -> list[str]:
     """
     there = sorted({gap.ratio for gap in GAPS if gap.engine == engine})
     nearest = min(there, key=lambda one: abs(one - ratio))
-    said = []
+    said = [f"At rolling_stiffness_ratio = {nearest:g}, as here:"]
     if nearest != ratio:
-        said.append(f"Not measured at rolling_stiffness_ratio = {ratio:g}; at {nearest:g}:")
+        said = [f"Not measured at rolling_stiffness_ratio = {ratio:g}; at {nearest:g}:"]
     for gap in GAPS:
         if gap.engine == engine and gap.ratio == nearest:
             name, unit, scale, digits = _CALLED[gap.response]

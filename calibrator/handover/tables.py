@@ -100,8 +100,8 @@ def _edem_rows(p: dict[str, float]) -> Iterable[Row]:
     name = "Coefficient of Rolling Friction"
     standard = (
         "Standard rolling friction, grain with grain: its torque is the coefficient times |F_n|"
-        " times the distance to the grain's centre, so mu_r/2 for equal grains; no spring, and it"
-        " acts on each grain by its own spin: grains on a slope creep"
+        " times the distance to the grain's centre, so mu_r/2 for equal grains; no spring, so that"
+        " it holds no grain at rest by itself"
     )
     yield name, mu_r / 2, "1", standard
     yield name, mu_r, "1", "Standard rolling friction, grain with geometry: the distance is R"

@@ -33,7 +33,7 @@ def head(chosen: Chosen, engine: str, more: Sequence[str] = ()) -> list[str]:
         *more,
     ]
     missing = unmapped(chosen, engine)
-    said += ["What of the calibration is not here, or not like this:"] if missing else []
+    said += ["", "What of the calibration is not here, or not like this:"] if missing else []
     said += [f"- {sentence}" for sentence in missing]
     return wrapped(said)
 
