@@ -20,6 +20,7 @@ Rooms, from the ground; a room imports only from those above it in this list:
     verification            phase 3: verify, validate
     foresight               what can be known to be wrong, or odd, before a run is made
     check, report, terminal what is said, before and after
+    handover                the material for other scenes and engines
     demo                    the case that comes with the project
     cli, summary            the command line, and the schema of what it notes
 """
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
     from calibrator.diagnosis.diagnose import diagnose as diagnose
     from calibrator.diagnosis.preflight import preflight as preflight
     from calibrator.errors import CalibratorError as CalibratorError
+    from calibrator.handover.export import export as export
+    from calibrator.handover.write_card import write_card as write_card
     from calibrator.plan.forecast import forecast as forecast
     from calibrator.plan.run import collect as collect
     from calibrator.plan.run import run_plan as run_plan
@@ -60,6 +63,8 @@ _HOMES = {
     "write_report": "report.page",
     "preflight": "diagnosis.preflight",
     "diagnose": "diagnosis.diagnose",
+    "export": "handover.export",
+    "write_card": "handover.write_card",
 }
 
 __all__ = ["__version__", *_HOMES]

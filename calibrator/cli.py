@@ -17,6 +17,7 @@ from calibrator import __version__
 from calibrator.case.toml import read_case
 from calibrator.demo import lay_out
 from calibrator.errors import CalibratorError, one_line
+from calibrator.handover.names import ENGINES
 from calibrator.terminal import ProgressBar, say, say_json
 
 if TYPE_CHECKING:
@@ -83,6 +84,16 @@ DIAGNOSIS = {
 }
 """The verbs of the search for a missing effect."""
 
+HANDED_ON = {
+    "export": Verb(
+        "write the calibrated material as files for YADE, LIGGGHTS, LAMMPS, MercuryDPM and EDEM",
+        "handover.export:export",
+    ),
+    "card": Verb(
+        "write the card of the material: JSON and a page", "handover.write_card:write_card"
+    ),
+}
+"""The verbs that hand a finished calibration on."""
 
 REMEDIES = {
     errno.ENOSPC: "free space",
@@ -159,7 +170,7 @@ def _parser() -> argparse.ArgumentParser:
     demo = Verb("copy the demo's sand into the present folder, and do `all` on it", "")
     doctor = Verb("say what this machine has of what runs need, and what is missing", "")
     both = {"doctor": doctor, "demo": demo}
-    for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS}.items():
+    for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS, **HANDED_ON}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
     return parser
@@ -213,6 +224,18 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
             action="store_true",
             help="spend more core-hours than diagnosis.budget_core_hours",
         )
+    if verb in HANDED_ON:
+        _add_handing_on(own, verb)
+
+
+def _add_handing_on(own: argparse.ArgumentParser, verb: str) -> None:
+    """Add the options of a verb that hands a calibration on."""
+    which = "a member of the front, such as B (default: the compromise)"
+    own.add_argument("--candidate", metavar="NAME", default="", help=which)
+    own.add_argument("--out", type=_path, metavar="DIR", help="folder of the files")
+    if verb == "export":
+        which = "engine (default: all)"
+        own.add_argument("--to", choices=(*ENGINES, "all"), default="all", help=which)
 
 
 def _given(options: argparse.Namespace) -> tuple[str, ...]:
@@ -273,6 +296,8 @@ def _do(options: argparse.Namespace) -> int:
     space = _workspace(options)
     if options.verb in DIAGNOSIS:
         return _diagnose(options, space)
+    if options.verb in HANDED_ON:
+        return _hand_on(options, space)
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
     outcomes, good = {}, True
     for verb in verbs:
@@ -291,6 +316,17 @@ def _do(options: argparse.Namespace) -> int:
         else:
             say(f"next: {space.command(after)}")
     return 0 if good else 1
+
+
+def _hand_on(options: argparse.Namespace, space: Workspace) -> int:
+    """Write what others need of a calibration; returns the exit status."""
+    more = [options.to] if options.verb == "export" else []
+    outcome = HANDED_ON[options.verb](space, options.candidate, *more, options.out)
+    if options.json:
+        say_json(outcome)
+    else:
+        say(f"{options.verb}: " + "\n".join(outcome.lines()))
+    return 0
 
 
 def _diagnose(options: argparse.Namespace, space: Workspace) -> int:

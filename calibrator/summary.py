@@ -11,6 +11,8 @@ from calibrator.case.codec import Table, schema_of
 from calibrator.case.vocabulary import SCHEMA
 from calibrator.check import Checked
 from calibrator.diagnosis.outcome import Diagnosis, Preflight
+from calibrator.handover.export import Export
+from calibrator.handover.write_card import CardWritten
 from calibrator.plan.outcome import Collection, Forecast
 from calibrator.report.page import Page
 from calibrator.search.outcome import Calibration
@@ -27,6 +29,8 @@ OUTCOMES: dict[str, type] = {
     "report": Page,
     "preflight": Preflight,
     "diagnose": Diagnosis,
+    "export": Export,
+    "card": CardWritten,
 }
 """Outcome of each verb."""
 

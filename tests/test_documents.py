@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from calibrator.cli import DIAGNOSIS, VERBS, _parser, main
+from calibrator.cli import DIAGNOSIS, HANDED_ON, VERBS, _parser, main
 
 REPO = Path(__file__).resolve().parent.parent
 DOCUMENTS = sorted(
@@ -94,7 +94,7 @@ def test_the_options_of_the_commands_are_those_that_the_page_names():
         for verb, own in verbs.choices.items()
     }
     assert set(re.findall(r"--[a-z][a-z-]+", section)) == set.union(*taken.values())
-    for option, named_verbs in re.findall(r"`(--\w+)(?: FILE)?` \(([a-z, ]+)\)", section):
+    for option, named_verbs in re.findall(r"`(--\w+)(?: [A-Z]+)?` \(([a-z, ]+)\)", section):
         assert {v for v, own in taken.items() if option in own} == set(named_verbs.split(", "))
     statuses = re.findall(r"^\| (\d+) \|", section, re.M)
     assert statuses == re.findall(r"\b\d+\b", main.__doc__)
@@ -103,4 +103,4 @@ def test_the_options_of_the_commands_are_those_that_the_page_names():
 def test_the_verbs_are_those_that_the_readme_names():
     text = (REPO / "README.md").read_text()
     named_verbs = re.findall(r"^    calibrator (\w+) my_sand.toml", text, re.M)
-    assert named_verbs == [*VERBS, "all", *DIAGNOSIS]
+    assert named_verbs == [*VERBS, "all", *DIAGNOSIS, *HANDED_ON]

@@ -13,6 +13,7 @@ FLOORS = [
     ["search", "diagnosis"],
     ["verification", "foresight"],
     ["check", "demo", "report", "terminal"],
+    ["handover"],
     ["cli", "summary"],
 ]
 GROUND = {"errors", "files", "threads"}  # single modules that everything may use
