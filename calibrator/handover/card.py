@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from calibrator.case.fingerprint import Fingerprint
-from calibrator.case.problem import Value
+from calibrator.case.values import Value
 
 VERSION = 1
 """Of the card's format; raised when a field changes its meaning."""

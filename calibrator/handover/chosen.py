@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calibrator.case.fingerprint import changed
-from calibrator.case.problem import Value, known
+from calibrator.case.values import Value, known
 from calibrator.case.vocabulary import EFFECTS, PARAMETERS
 from calibrator.plan.requests import make_request
 from calibrator.runs.workspace import Workspace, for_new_seeds
@@ -108,7 +108,7 @@ def chosen(space: Workspace, candidate: str = "") -> Chosen:
     found, case = current_calibration(space), space.case
     label = label_of(found, candidate)
     point = found.candidates[label].point(case.problem.names)
-    requests = [make_request(case, s, point, 1) for s in case.problem.calibration_setups]
+    requests = [make_request(case, s, point, 1) for s in case.problem.experiments]
     first = requests[0]
     names = (*CONTACT, *STEP, *SWITCHES)
     return Chosen(
@@ -117,7 +117,7 @@ def chosen(space: Workspace, candidate: str = "") -> Chosen:
         label=label,
         values={n: first.value(n) for n in names},
         calibrated=tuple(n for n in case.problem.names if n in names),
-        setups=tuple(case.problem.calibration_setups),
+        setups=tuple(case.problem.experiments),
         differing=tuple(n for n in names if len({r.value(n) for r in requests}) > 1),
         standing=standing(space, found, label),
         yade=found.yade,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from calibrator.case.problem import known
+from calibrator.case.values import known
 from calibrator.files import own_folder, write_text
 from calibrator.handover import lammps, liggghts, tables, yade
 from calibrator.handover.chosen import Chosen, chosen

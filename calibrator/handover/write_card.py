@@ -186,13 +186,12 @@ def _compared(
 def _vessels(space: Workspace) -> tuple[Vessel, ...]:
     """The set-ups of what was measured, with their parameters."""
     problem = space.case.problem
-    held_out = {t.setup for t in problem.held_out}
-    names = dict.fromkeys([*problem.calibration_setups, *sorted(held_out)])
+    names = dict.fromkeys([*problem.experiments, *problem.held_out_experiments])
     return tuple(
         Vessel(
             setup=name,
-            used_for="calibration" if name in problem.calibration_setups else "validation",
-            parameters=dict(problem.setups.get(name, {})),
+            used_for="calibration" if name in problem.experiments else "validation",
+            parameters=problem.values_of(name),
         )
         for name in names
     )
