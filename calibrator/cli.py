@@ -17,6 +17,7 @@ from calibrator import __version__
 from calibrator.case.toml import read_case
 from calibrator.demo import lay_out
 from calibrator.errors import CalibratorError, one_line
+from calibrator.laboratory.verb import add_arguments, measure
 from calibrator.terminal import ProgressBar, say, say_json
 
 if TYPE_CHECKING:
@@ -83,6 +84,8 @@ DIAGNOSIS = {
 }
 """The verbs of the search for a missing effect."""
 
+MEASURE = "make rows of the lab file of raw data: logs of a scale, profiles, photographs"
+
 
 REMEDIES = {
     errno.ENOSPC: "free space",
@@ -104,6 +107,8 @@ def main(arguments: list[str] | None = None) -> int:
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     signal.signal(signal.SIGTERM, _interrupt)
     try:
+        if options.verb == "measure":
+            return _measure(options, sys.argv[1:] if arguments is None else arguments)
         return _do(options)
     except CalibratorError as error:
         print(f"calibrator: {error}", file=sys.stderr)
@@ -162,6 +167,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
+    add_arguments(verbs.add_parser("measure", help=MEASURE, description=MEASURE), _path)
     return parser
 
 
@@ -253,6 +259,16 @@ def _doctor(options: argparse.Namespace) -> int:
     else:
         say("doctor: " + "\n".join(found.lines()))
     return 0 if found.good else 1
+
+
+def _measure(options: argparse.Namespace, arguments: list[str]) -> int:
+    """Measure raw data."""
+    found = measure(options, arguments)
+    if options.json:
+        say_json(found)
+    else:
+        say("measure: " + "\n".join(found.lines()))
+    return 0
 
 
 def _lay_out_demo(options: argparse.Namespace) -> None:

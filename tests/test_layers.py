@@ -7,7 +7,7 @@ REPO = Path(__file__).resolve().parent.parent
 FLOORS = [
     ["ground"],
     ["case"],
-    ["runs"],
+    ["runs", "laboratory"],
     ["responses"],
     ["plan"],
     ["search", "diagnosis"],
@@ -24,6 +24,7 @@ FENCED = {
     "sklearn": {"responses.gaussian_process", "responses.kernel", "responses.success"},
     "threadpoolctl": {"threads"},
     "pandas": {"runs.database"},
+    "skimage": {"laboratory.picture"},
 }
 
 
