@@ -1,8 +1,8 @@
 """From pixels to lengths, and what the tilt of a camera does to a surface.
 
 All formulas are for a camera far away against the size of what it sees (parallel projection). At a
-distance of ten times the width of a heap the perspective changes its angle by some tenths of a
-degree (tests/laboratory/test_photo.py).
+distance of ten times the width of a heap the perspective changes its angle by half a degree
+(tests/laboratory/test_photo.py).
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ From scans of piles of YADE runs: 0.4 to 0.85 grain diameters all over the flank
 """
 CARVED = 0.75  # share of that which is left where a round body was carved from the outline
 NEAREST, NEAR = 3.0, 17.0  # [deg] between tilt and angle: refused, doubted
-TOO_LOW = 2.0  # [deg] by which an angle is read too low there
+TOO_LOW = 3.0  # [deg] by which an angle is read too low there
 LEANING = 5.0  # [deg] between the given tilt and that which the foot shows
 
 

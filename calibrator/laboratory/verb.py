@@ -108,12 +108,13 @@ def measure(options: argparse.Namespace, command: Sequence[str]) -> Measured:
     converted: dict[str, None] = {}
     readings: list[Reading] = []
     mistakes = Mistakes()
-    read: dict[str, Callable[[Path, _Given], tuple[list[Reading], list[str]]]] = {
+    readers: dict[str, Callable[[Path, _Given], tuple[list[Reading], list[str]]]] = {
         "discharge": _discharges,
         "profile": _profiles,
         "photo": _photos,
         "readings": lambda path, _: read_readings(path),
-    }[options.kind]
+    }
+    read = readers[options.kind]
     for path in options.files:
         with mistakes.noted():
             some, words = read(path, given)
@@ -242,9 +243,10 @@ def _profiles(path: Path, given: _Given) -> tuple[list[Reading], list[str]]:
 
 def _photos(path: Path, given: _Given) -> tuple[list[Reading], list[str]]:
     ground = given.ground()
-    if ground.grain_radius and not given.text("known"):
+    if (ground.grain_radius or ground.box_length) and not given.text("known"):
         raise CalibratorError(
-            "--grain-diameter says nothing in pixels; give a length in the picture with --known"
+            "--grain-diameter and --box-length say nothing in pixels; give a length in the picture"
+            " with --known"
         )
     camera = Camera(
         tilt=given.one("tilt", 0.0),

@@ -52,6 +52,17 @@ def test_three_views_of_a_real_pile_give_its_angle_within_a_degree(tmp_path, til
     assert np.all(np.abs(found - true) < 2 * errors)
 
 
+@pytest.mark.parametrize("tilt", [0, 5])
+def test_perspective_from_ten_widths_away_changes_an_angle_by_less_than_a_degree(tmp_path, tilt):
+    found = []
+    for distance in (np.inf, 0.7):
+        picture, _ = spheres(pile("steepest"), RADIUS, tilt, PIXEL, (400, 640), distance=distance)
+        path = photograph(tmp_path / "pile.png", picture)
+        reading = read(path, camera=Camera(tilt=tilt), known=KNOWN, ground=GRAINS)
+        found.append(reading.values["pile_angle_of_repose_deg"].value)
+    assert found[0] != found[1] and found[0] == pytest.approx(found[1], abs=0.8)
+
+
 @pytest.mark.slow
 def test_a_camera_almost_as_steep_as_the_pile_reads_too_low_and_says_so(tmp_path):
     true = RECORDED["steepest"]["pile_angle_of_repose_deg"]

@@ -119,6 +119,7 @@ def test_a_profile_in_millimetres_gives_the_rows_of_a_conical_pile(folder, capsy
         (["photo", "none.png", "--tilt", "-3"], "looks up"),
         (["photo", "none.png", "--crop", "1,2"], "give 4 plain numbers"),
         (["photo", "none.png", "--grain-diameter", "2 mm"], "--known"),
+        (["photo", "none.png", "--box-length", "2 mm"], "--known"),
     ],
 )
 def test_a_mistake_ends_with_what_to_do_and_writes_nothing(folder, capsys, arguments, why):
