@@ -97,8 +97,8 @@ UV = .venv-lock/bin/uv pip compile -q --universal --python-version 3.11 --genera
 lock:
 	$(PYTHON) -m venv .venv-lock && .venv-lock/bin/pip install -q uv
 	printf 'hatchling\neditables\n' > .venv-lock/build.in
-	$(UV) pyproject.toml .venv-lock/build.in -o requirements.lock
-	$(UV) pyproject.toml .venv-lock/build.in --extra test -c requirements.lock -o requirements-test.lock
+	$(UV) pyproject.toml .venv-lock/build.in --extra photo -o requirements.lock
+	$(UV) pyproject.toml .venv-lock/build.in --extra test --extra photo -c requirements.lock -o requirements-test.lock
 	rm -r .venv-lock
 
 clean:

@@ -12,6 +12,7 @@ Rooms, from the ground; a room imports only from those above it in this list:
 
     errors, files, threads  what everything may use
     case                    what is asked: case file, lab file, vocabulary
+    laboratory              raw data of a laboratory made rows of the lab file: measure
     runs                    YADE, driven and believed: requests, records, engines
     responses               interpolated responses, targets, objectives
     plan                    phase 1, the database: plan, run, collect

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 import errno
-import importlib
 import logging
 import shlex
 import signal
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -18,82 +16,13 @@ from calibrator.case.toml import read_case
 from calibrator.demo import lay_out
 from calibrator.errors import CalibratorError, one_line
 from calibrator.handover.names import ENGINES
-from calibrator.terminal import ProgressBar, say, say_json
+from calibrator.laboratory.verb import add_arguments, measure
+from calibrator.terminal import say, say_json
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, MEASURE, VERBS, Verb
 
 if TYPE_CHECKING:
     from calibrator.runs.workspace import Workspace
 
-
-@dataclass(frozen=True)
-class Verb:
-    """A step of the workflow: what it does in words, and where the function is that does it.
-
-    function : "module:name" below calibrator, imported only once the verb is called; makes_runs :
-    what it drives YADE for, in a word; it has the folder of the results to itself then and reports
-    progress. Empty where it makes none.
-    """
-
-    about: str
-    function: str
-    makes_runs: str = ""
-
-    def __call__(self, space: Workspace, *more: Any) -> Any:
-        """Carry the verb out; returns its outcome."""
-        module, _, name = self.function.partition(":")
-        verb = getattr(importlib.import_module(f"calibrator.{module}"), name)
-        if not self.makes_runs:
-            return verb(space, *more)
-        with space.runs.alone():
-            return verb(space, ProgressBar(sys.stderr, self.makes_runs), *more)
-
-
-VERBS = {
-    "check": Verb("find everything wrong with a case before a run is made", "check:check_case"),
-    "plan": Verb("write the yade-batch tables and predict the cost", "plan.forecast:forecast"),
-    "run": Verb("carry out the plan on YADE; resumes", "plan.run:run_plan", "database"),
-    "collect": Verb("gather finished runs into the response database", "plan.run:collect"),
-    "calibrate": Verb(
-        "interpolate, search the Pareto front, choose candidates", "search.calibrate:calibrate"
-    ),
-    "verify": Verb(
-        "run YADE afresh at the candidates", "verification.verify:verify", "verification"
-    ),
-    "validate": Verb(
-        "predict measurements that were not used, on other set-ups",
-        "verification.verify:validate",
-        "validation",
-    ),
-    "report": Verb(
-        "write one self-contained page with figures and tables", "report.page:write_report"
-    ),
-}
-"""The verbs of a calibration in the order of the workflow."""
-
-DIAGNOSIS = {
-    "preflight": Verb(
-        "what these observables could say about a missing effect, and which further experiment"
-        " would help",
-        "diagnosis.preflight:preflight",
-        "pre-flight",
-    ),
-    "diagnose": Verb(
-        "find the gap, name the missing effect, show the gap shrink",
-        "diagnosis.diagnose:diagnose",
-        "diagnosis",
-    ),
-}
-"""The verbs of the search for a missing effect."""
-
-HANDED_ON = {
-    "export": Verb(
-        "write the calibrated material as files for YADE, LIGGGHTS, LAMMPS, MercuryDPM and EDEM",
-        "handover.export:export",
-    ),
-    "card": Verb(
-        "write the card of the material: JSON and a page", "handover.write_card:write_card"
-    ),
-}
-"""The verbs that hand a finished calibration on."""
 
 REMEDIES = {
     errno.ENOSPC: "free space",
@@ -115,6 +44,8 @@ def main(arguments: list[str] | None = None) -> int:
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     signal.signal(signal.SIGTERM, _interrupt)
     try:
+        if options.verb == "measure":
+            return _measure(options, sys.argv[1:] if arguments is None else arguments)
         return _do(options)
     except CalibratorError as error:
         print(f"calibrator: {error}", file=sys.stderr)
@@ -173,6 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS, **HANDED_ON}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
+    add_arguments(verbs.add_parser("measure", help=MEASURE, description=MEASURE), _path)
     return parser
 
 
@@ -276,6 +208,16 @@ def _doctor(options: argparse.Namespace) -> int:
     else:
         say("doctor: " + "\n".join(found.lines()))
     return 0 if found.good else 1
+
+
+def _measure(options: argparse.Namespace, arguments: list[str]) -> int:
+    """Measure raw data."""
+    found = measure(options, arguments)
+    if options.json:
+        say_json(found)
+    else:
+        say("measure: " + "\n".join(found.lines()))
+    return 0
 
 
 def _lay_out_demo(options: argparse.Namespace) -> None:

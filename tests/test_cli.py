@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from calibrator.cli import DIAGNOSIS, HANDED_ON, VERBS, main
+from calibrator.cli import main
 from calibrator.runs.batch import Progress
 from calibrator.terminal import ProgressBar
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, VERBS
 from tests.conftest import LAB
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from calibrator.cli import DIAGNOSIS, HANDED_ON, VERBS, _parser, main
+from calibrator.cli import _parser, main
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, VERBS
 
 REPO = Path(__file__).resolve().parent.parent
 DOCUMENTS = sorted(

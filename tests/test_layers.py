@@ -7,13 +7,13 @@ REPO = Path(__file__).resolve().parent.parent
 FLOORS = [
     ["ground"],
     ["case"],
-    ["runs"],
+    ["runs", "laboratory"],
     ["responses"],
     ["plan"],
     ["search", "diagnosis"],
     ["verification", "foresight"],
     ["check", "demo", "report", "terminal"],
-    ["handover"],
+    ["handover", "verbs"],
     ["cli", "summary"],
 ]
 GROUND = {"errors", "files", "threads"}  # single modules that everything may use
@@ -25,6 +25,7 @@ FENCED = {
     "sklearn": {"responses.gaussian_process", "responses.kernel", "responses.success"},
     "threadpoolctl": {"threads"},
     "pandas": {"runs.database"},
+    "skimage": {"laboratory.picture"},
 }
 
 

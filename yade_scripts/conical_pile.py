@@ -82,19 +82,8 @@ def respond(p, ids, filled, final, diagnostics):
     # Grains that rolled far away are left out of the scan, or a single one would set its size.
     half = 1.2 * float(np.quantile(np.hypot(final[:, 0], final[:, 1]), 0.98)) + 2 * radius
     x, y, height = measure.height_map(final, sizes, half, half)
-    responses["pile_equivalent_angle_deg"] = measure.cone_angle_from_moments(x, y, height)
-    position, profile = measure.radial_profile(x, y, height, radius)
-    fit = measure.fit_slope(*flank(position, profile))
-    if fit:
-        responses.update(
-            pile_angle_of_repose_deg=fit["angle"],
-            pile_angle_error_deg=fit["error"],
-            pile_curvature=fit["curvature"],
-            pile_apex_rounding=fit["intercept"] - float(profile.max()),
-        )
-        tilt = measure.asymmetry(x, y, height, radius, np.ones_like(height, bool), flank)
-        if tilt is not None:
-            responses["pile_asymmetry_deg"] = tilt
+    scanned, position, profile = measure.pile_responses(x, y, height, radius)
+    responses.update(scanned)
     curves = dict(
         profile_radius=position,
         profile_height=profile,
@@ -102,11 +91,6 @@ def respond(p, ids, filled, final, diagnostics):
         final=final.astype("f4"),
     )
     return "ok", {name: float(value) for name, value in responses.items()}, curves
-
-
-def flank(position, profile):
-    """The straight part of the profile: neither the rounded apex nor the thin toe."""
-    return measure.between_heights(position, profile, 0.2, 0.8)
 
 
 session.main("conical_pile", simulate)

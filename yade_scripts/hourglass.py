@@ -139,28 +139,14 @@ def crater(p, left, final, bulk_density, curves):
         p["neck_diameter"] / 2,
     )
     x, y, height = measure.height_map(final, grains.radii(p, left), cylinder, cylinder)
-    rho = np.hypot(x[:, None], y[None, :])
-    # One grain diameter at the neck (its edge is ragged) and one at the wall (grains stand in
-    # layers there) are left out.
-    slope_part, ring = (rho > neck + 2 * radius) & (rho < cylinder - 2 * radius), radius / 2
     curves["profile_radius"], curves["profile_height"] = measure.radial_profile(
         x, y, height, radius
     )
-    profile = measure.radial_profile(x, y, height, ring, slope_part)
-    fit = measure.fit_slope(*profile, rising=True)
     volume = grains.total_mass(p, left) / bulk_density
     responses = dict(
         drained_equivalent_angle_deg=measure.crater_angle_from_volume(volume, cylinder, neck)
     )
-    if fit:
-        responses.update(
-            drained_angle_of_repose_deg=fit["angle"],
-            drained_angle_error_deg=fit["error"],
-            drained_curvature=fit["curvature"],
-        )
-        tilt = measure.asymmetry(x, y, height, ring, slope_part, rising=True)
-        if tilt is not None:
-            responses["drained_asymmetry_deg"] = tilt
+    responses.update(measure.crater_responses(x, y, height, neck, cylinder, radius))
     return responses
 
 

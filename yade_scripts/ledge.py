@@ -140,15 +140,7 @@ def respond(p, filled, final, diagnostics):
             residual / bulk_density, length, width
         ),
     )
-    # The layered grains at the back wall, a flat that the slide did not reach, and the ragged edge
-    # are left out.
-    fit = measure.fit_slope(*measure.between_heights(position, profile, 0.2, 0.9))
-    if fit:
-        responses.update(
-            ledge_angle_of_repose_deg=fit["angle"],
-            ledge_angle_error_deg=fit["error"],
-            ledge_curvature=fit["curvature"],
-        )
+    responses.update(measure.ledge_responses(position, profile))
     curves = dict(
         profile_x=position,
         profile_height=profile,

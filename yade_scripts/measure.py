@@ -130,6 +130,72 @@ def between_heights(position, height, low, high):
     return position[keep], height[keep]
 
 
+def flank(position, height):
+    """The straight part of a heap's profile: neither the rounded apex nor the thin toe."""
+    return between_heights(position, height, 0.2, 0.8)
+
+
+def pile_responses(x, y, height, width):
+    """Responses of a scanned round heap, about the middle of the raster.
+
+    width [m] of the rings. Returns the responses, and the radial profile: positions and heights
+    (k,) [m].
+    """
+    responses = dict(pile_equivalent_angle_deg=cone_angle_from_moments(x, y, height))
+    position, profile = radial_profile(x, y, height, width)
+    fit = fit_slope(*flank(position, profile))
+    if fit:
+        responses.update(
+            pile_angle_of_repose_deg=fit["angle"],
+            pile_angle_error_deg=fit["error"],
+            pile_curvature=fit["curvature"],
+            pile_apex_rounding=fit["intercept"] - float(profile.max()),
+        )
+        tilt = asymmetry(x, y, height, width, np.ones_like(height, bool), flank)
+        if tilt is not None:
+            responses["pile_asymmetry_deg"] = tilt
+    return responses, position, profile
+
+
+def ledge_responses(position, height):
+    """Responses of the profile (k,) [m] of a slope that falls from a back wall at position 0.
+
+    The layered grains at the back wall, a flat that the slide did not reach, and the ragged edge
+    are left out.
+    """
+    fit = fit_slope(*between_heights(position, height, 0.2, 0.9))
+    if not fit:
+        return {}
+    return dict(
+        ledge_angle_of_repose_deg=fit["angle"],
+        ledge_angle_error_deg=fit["error"],
+        ledge_curvature=fit["curvature"],
+    )
+
+
+def crater_responses(x, y, height, neck_radius, cylinder_radius, grain_radius):
+    """Responses of the scanned crater that a discharge leaves in a flat-bottomed cylinder.
+
+    One grain diameter at the neck (its edge is ragged) and one at the wall (grains stand in layers
+    there) are left out.
+    """
+    rho = np.hypot(x[:, None], y[None, :])
+    part = (rho > neck_radius + 2 * grain_radius) & (rho < cylinder_radius - 2 * grain_radius)
+    ring = grain_radius / 2
+    fit = fit_slope(*radial_profile(x, y, height, ring, part), rising=True)
+    if not fit:
+        return {}
+    responses = dict(
+        drained_angle_of_repose_deg=fit["angle"],
+        drained_angle_error_deg=fit["error"],
+        drained_curvature=fit["curvature"],
+    )
+    tilt = asymmetry(x, y, height, ring, part, rising=True)
+    if tilt is not None:
+        responses["drained_asymmetry_deg"] = tilt
+    return responses
+
+
 def crater_angle_from_volume(volume, cylinder_radius, neck_radius):
     """Angle [deg] of the cone-shaped crater that leaves `volume` [m3] in a flat-bottomed cylinder.
 

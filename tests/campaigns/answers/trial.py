@@ -16,11 +16,12 @@ import numpy as np
 from calibrator import check
 from calibrator.case.case import Case
 from calibrator.case.toml import read_case
-from calibrator.cli import VERBS, main
+from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.report import html
 from calibrator.runs.database import Database
 from calibrator.runs.engines import ENGINES
+from calibrator.verbs import VERBS
 from tests.campaigns.answers.laboratory import Laboratory, case_text, measure
 from tests.campaigns.answers.worlds import MadeUp, draw
 from tests.stand_in import StandIn, lacking_nothing
