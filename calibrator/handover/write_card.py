@@ -186,7 +186,7 @@ def _compared(
 def _vessels(space: Workspace) -> tuple[Vessel, ...]:
     """The set-ups of what was measured, with their parameters."""
     problem = space.case.problem
-    names = dict.fromkeys([*problem.experiments, *problem.held_out_experiments])
+    names = dict.fromkeys([*problem.experiments, *sorted(problem.held_out_experiments)])
     return tuple(
         Vessel(
             setup=name,
