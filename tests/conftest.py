@@ -70,8 +70,9 @@ def programs(folder, fake=FAKE, **calls):
     for name, call in calls.items():
         program = folder / name
         program.write_text(
-            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(fake.parent)!r})\nimport"
-            f" fake_yade\nfake_yade.{call}\n"
+            # absolute, as an environment may be on the PATH by a relative one
+            f"#!{Path(sys.executable).absolute()}\nimport sys\n"
+            f"sys.path.insert(0, {str(fake.parent)!r})\nimport fake_yade\nfake_yade.{call}\n"
         )
         program.chmod(0o755)
     return folder

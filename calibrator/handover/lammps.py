@@ -7,7 +7,10 @@ from calibrator.handover.contact import rolling_spring, yade_step
 from calibrator.handover.measured import sentences
 from calibrator.handover.wording import commented, head, wrapped
 
-MAPPING = """How it maps:
+MAPPING = """For LAMMPS of 2022 or later; tried with that of 22 Jul 2025. That of 29 Sep 2021 does
+not know damping coeff_restitution.
+
+How it maps:
 - hertz/material with damping coeff_restitution: E, e, nu of the material; LAMMPS forms E*
   itself, and takes R_eff = R at walls.
 - tangential mindlin/force: a sum of k_t times increments of the displacement, as in YADE. NULL

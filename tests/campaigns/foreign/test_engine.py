@@ -14,7 +14,7 @@ from calibrator.runs.request import Request
 from tests.campaigns.foreign import engine
 
 # `make test` installs LIGGGHTS, which takes root; elsewhere these tests are shown as skipped, with
-# the command. Nothing else of the project needs that engine.
+# the command.
 needs_liggghts = pytest.mark.skipif(
     shutil.which("liggghts") is None,
     reason="liggghts not installed: run `make liggghts` as root or with sudo",
