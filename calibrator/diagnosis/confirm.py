@@ -66,8 +66,6 @@ def confirm(
     tried, best = _shortlist(verdict), verdict.best
     made = _Runs(space, scene, yes, report)
     first = made.of(tried, 0)
-    if first[0] is None:
-        raise CalibratorError(made.notes[-1])
     pairs = [(one, own) for one, own in zip(tried, first, strict=True) if own is not None]
     index = next((i for i, (one, _) in enumerate(pairs) if one is best), None)
     if best is not None and index is not None:
@@ -103,7 +101,8 @@ class _Runs:
     def of(self, tried: Sequence[Explanation], first: int) -> list[observed.Averages | None]:
         """What their runs say, None where all runs of an experiment failed, which is noted.
 
-        first : index of the first of them among all, which keeps seeds apart.
+        first : index of the first of them among all, which keeps seeds apart. Raises
+        CalibratorError where they are those of the model as it is.
         """
         space, found = self.space, self.scene.experiments
         requests = [_fresh(space, self.scene, one, first + i) for i, one in enumerate(tried)]
@@ -120,8 +119,10 @@ class _Runs:
             try:
                 said.append(observed.averages(found, runs))
             except CalibratorError as error:
+                if not one.effects:
+                    raise
                 said.append(None)
-                names = " and ".join(one.effects) or "the model as it is"
+                names = " and ".join(one.effects)
                 self.notes.append(f"{names} could not be run at its best parameters: {error}")
         return said
 

@@ -25,14 +25,6 @@ CARDS = sorted((REPO / "cards").glob("*.json"))
 AGAIN = "python -m calibrator.cli card cases/{}.toml --out cards, after the verb all on it"
 
 
-@pytest.fixture
-def space(write_case, tmp_path, fake_yade):
-    found = space_for(write_case(("sets = 14", "sets = 8")), tmp_path / "results")
-    for verb in (run_plan, collect):
-        verb(found)
-    return found
-
-
 def test_the_published_schema_is_that_of_the_card():
     text = json.dumps(schema(), indent=1) + "\n"
     assert PUBLISHED.read_text() == text, (

@@ -8,18 +8,9 @@ import pytest
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.handover.export import export
-from calibrator.plan.run import collect, run_plan
 from calibrator.search.calibrate import calibrate
 from calibrator.verification.verify import verify
 from tests.conftest import space_for
-
-
-@pytest.fixture
-def space(write_case, tmp_path, fake_yade):
-    found = space_for(write_case(("sets = 14", "sets = 8")), tmp_path / "results")
-    for verb in (run_plan, collect):
-        verb(found)
-    return found
 
 
 def plain(text):
