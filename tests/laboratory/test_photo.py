@@ -4,42 +4,13 @@ import sys
 
 import numpy as np
 import pytest
-from skimage import io
 
 from calibrator.errors import CalibratorError
 from calibrator.laboratory.camera import Camera, carved, cone_angle, known_length, seen_angle
-from calibrator.laboratory.photo import Shot, measure_photo
 from calibrator.laboratory.picture import read_picture
-from calibrator.laboratory.profile import Ground
+from tests.laboratory.photographer import GRAINS, KNOWN, PIXEL, POOR, angles, photograph, read
 from tests.laboratory.piles import RADIUS, RECORDED, pile
 from tests.laboratory.rendered import lit, spheres
-
-PIXEL = 1.5e-4
-KNOWN = "200 = 30 mm"
-POOR = dict(sand=0.45, ground=0.25, light=0.35, noise=0.03)
-GRAINS = Ground(grain_radius=RADIUS)
-
-
-def photograph(path, picture):
-    io.imsave(path, np.rint(255 * picture).astype("u1"), check_contrast=False)
-    return path
-
-
-def read(path, shape="heap", camera=None, **how):
-    return measure_photo(path, Shot(shape, camera or Camera(), **how))[0]
-
-
-def angles(folder, name, tilt, roll=0.0, **light):
-    """Angle and error of a pile photographed from three sides."""
-    found = []
-    for turned in (0, 60, 120):
-        picture, _ = spheres(
-            pile(name), RADIUS, tilt, PIXEL, (400, 640), turned_deg=turned, roll_deg=roll, **light
-        )
-        path = photograph(folder / f"{turned}.png", picture)
-        reading = read(path, camera=Camera(tilt=tilt, roll=roll), known=KNOWN, ground=GRAINS)
-        found.append(reading.values["pile_angle_of_repose_deg"])
-    return np.array([one.value for one in found]), np.array([one.error for one in found])
 
 
 @pytest.mark.slow
