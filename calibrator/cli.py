@@ -9,16 +9,15 @@ import shlex
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
-from calibrator import __version__
 from calibrator.case.toml import read_case
 from calibrator.demo import lay_out
-from calibrator.errors import CalibratorError, one_line
-from calibrator.handover.names import ENGINES
-from calibrator.laboratory.verb import add_arguments, measure
+from calibrator.errors import CalibratorError, DryRun, one_line
+from calibrator.laboratory.verb import measure
+from calibrator.options import parser
 from calibrator.terminal import say, say_json
-from calibrator.verbs import DIAGNOSIS, HANDED_ON, MEASURE, VERBS, Verb
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, VERBS
 
 if TYPE_CHECKING:
     from calibrator.runs.workspace import Workspace
@@ -40,13 +39,21 @@ def main(arguments: list[str] | None = None) -> int:
     Returns the exit status: 0, 1 where a verification fails, no run of the plan was good or none
     can be made here, 2 for bad input or a plan given up, 130 when interrupted.
     """
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         if options.verb == "measure":
             return _measure(options, sys.argv[1:] if arguments is None else arguments)
+        if options.verb == "init":
+            return _init(options)
         return _do(options)
+    except DryRun as rest:
+        if options.json:
+            say_json(rest)
+        else:
+            say("dry run: " + "\n".join(rest.lines()))
+        return 0
     except CalibratorError as error:
         print(f"calibrator: {error}", file=sys.stderr)
         return 2
@@ -72,104 +79,6 @@ def _interrupt(*_: Any) -> None:
     raise KeyboardInterrupt
 
 
-class _Parser(argparse.ArgumentParser):
-    """argparse, with errors of one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """End with status 2."""
-        self.exit(2, f"{self.prog}: {one_line(message)}: see {self.prog} --help\n")
-
-
-def _path(text: str) -> Path:
-    """A path that is one.
-
-    An empty argument, such as that of an unset variable of the shell, would be the present folder.
-    """
-    if not text or "\0" in text:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a path")
-    return Path(text)
-
-
-def _parser() -> argparse.ArgumentParser:
-    """The parser of the command line, a subcommand for each verb."""
-    parser = _Parser(
-        prog="calibrator", description="Calibrate the particle parameters of a DEM model with YADE."
-    )
-    parser.add_argument("--version", action="version", version=__version__)
-    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    whole = Verb(f"{', '.join(VERBS)}, one after the other", "")
-    demo = Verb("copy the demo's sand into the present folder, and do `all` on it", "")
-    doctor = Verb("say what this machine has of what runs need, and what is missing", "")
-    both = {"doctor": doctor, "demo": demo}
-    for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS, **HANDED_ON}.items():
-        own = verbs.add_parser(name, help=verb.about, description=verb.about)
-        _add_options(own, name)
-    add_arguments(verbs.add_parser("measure", help=MEASURE, description=MEASURE), _path)
-    return parser
-
-
-def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
-    """Add the options that a verb takes."""
-    if verb != "demo":
-        number = "?" if verb == "doctor" else None
-        own.add_argument("case", type=_path, metavar="CASE", help="case file (TOML)", nargs=number)
-    own.add_argument(
-        "--results",
-        type=_path,
-        default=Path("results"),
-        help="where results go (default: ./results)",
-    )
-    own.add_argument(
-        "--engine",
-        choices=("local", "slurm"),
-        default="local",
-        help="where runs are made (default: local)",
-    )
-    own.add_argument(
-        "--site", type=_path, help="TOML file with a [cluster] table (see docs/cluster.md)"
-    )
-    own.add_argument(
-        "--json", action="store_true", help="print the outcome as JSON instead of words"
-    )
-    if verb == "doctor":
-        return
-    own.add_argument(
-        "--fresh", action="store_true", help="ignore the shipped database: run everything here"
-    )
-    own.add_argument(
-        "--verify-afresh",
-        action="store_true",
-        help="ignore shipped runs of verification and validation only",
-    )
-    own.add_argument(
-        "--go-on",
-        action="store_true",
-        help="make all runs, although the first ones failed alike",
-    )
-    if verb in ("check", *DIAGNOSIS):
-        own.add_argument(
-            "--lab", type=_path, metavar="FILE", help="lab file to take instead of the case's own"
-        )
-    if verb in DIAGNOSIS:
-        own.add_argument(
-            "--yes",
-            action="store_true",
-            help="spend more core-hours than diagnosis.budget_core_hours",
-        )
-    if verb in HANDED_ON:
-        _add_handing_on(own, verb)
-
-
-def _add_handing_on(own: argparse.ArgumentParser, verb: str) -> None:
-    """Add the options of a verb that hands a calibration on."""
-    which = "a member of the front, such as B (default: the compromise)"
-    own.add_argument("--candidate", metavar="NAME", default="", help=which)
-    own.add_argument("--out", type=_path, metavar="DIR", help="folder of the files")
-    if verb == "export":
-        which = "engine (default: all)"
-        own.add_argument("--to", choices=(*ENGINES, "all"), default="all", help=which)
-
-
 def _given(options: argparse.Namespace) -> tuple[str, ...]:
     """The options that another verb on the same results needs as well."""
     given = []
@@ -193,7 +102,13 @@ def _workspace(options: argparse.Namespace) -> Workspace:
         case = case.without_shipped_verification()
     folder = options.results / (case.name + ("_fresh" if options.fresh else ""))
     return Workspace(
-        case, folder, options.fresh, options.engine, _given(options), go_on=options.go_on
+        case,
+        folder,
+        options.fresh,
+        options.engine,
+        _given(options),
+        options.go_on,
+        dry_run=getattr(options, "dry_run", False),
     )
 
 
@@ -217,6 +132,31 @@ def _measure(options: argparse.Namespace, arguments: list[str]) -> int:
         say_json(found)
     else:
         say("measure: " + "\n".join(found.lines()))
+    return 0
+
+
+def _init(options: argparse.Namespace) -> int:
+    """Make a case of answers, or of questions where none are given."""
+    from calibrator.first_case.answers import answers_of, read_answers, with_options
+    from calibrator.first_case.questions import ask_all
+    from calibrator.first_case.verb import init
+
+    if options.answers is None and not options.set:
+        if not sys.stdin.isatty():
+            raise CalibratorError(
+                "no terminal to ask on: give --answers FILE, or --set KEY=VALUE (docs/init.md)"
+            )
+        table = ask_all(input, say)
+    else:
+        table = with_options(read_answers(options.answers) if options.answers else {}, options.set)
+    begun = init(
+        answers_of(table, options.answers.parent if options.answers else Path()), options.out
+    )
+    if options.json:
+        say_json(begun)
+    else:
+        say("init: " + "\n".join(begun.lines()))
+        say(f"next: {shlex.join(['calibrator', 'check', begun.case])}")
     return 0
 
 

@@ -1,8 +1,9 @@
-"""The one exception that users are meant to see, and how values are shown in it."""
+"""The exceptions that users are meant to see, and how values are shown in them."""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 from collections.abc import Iterable, Iterator
 
 # characters of a message; what is cut out lies before the remedy, which stands at the end
@@ -24,6 +25,28 @@ class CalibratorError(Exception):
             shown.append(f"  and {more} more: mend these first, then call again")
         several = [f"{len(self.messages)} mistakes:", *shown]
         super().__init__(self.messages[0] if len(self.messages) == 1 else "\n".join(several))
+
+
+@dataclasses.dataclass
+class DryRun(Exception):
+    """What a verb would do next in a dry run, which ends there.
+
+    runs : that would be made, on an engine; core_hours : predicted; refused : why they would not be
+    made after all, "" where they would.
+    """
+
+    runs: int
+    core_hours: float
+    engine: str
+    refused: str
+
+    def lines(self) -> list[str]:
+        """The same in plain words."""
+        where = {"local": "on this machine"}.get(self.engine, f"on {self.engine}")
+        said = (
+            f"would make {self.runs} runs {where}, {self.core_hours:.2g} core-hours; none is made"
+        )
+        return [said, *([f"  it would be refused: {self.refused}"] if self.refused else [])]
 
 
 class Mistakes:

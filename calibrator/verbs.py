@@ -84,5 +84,6 @@ HANDED_ON = {
 }
 """The verbs that hand a finished calibration on."""
 
+INIT = "make a case of your own: questions, or a file of answers, and a budget"
 MEASURE = "make rows of the lab file of raw data: logs of a scale, profiles, photographs"
-"""What the verb does that needs no case."""
+"""What the verbs do that need no case."""

@@ -12,8 +12,9 @@ FLOORS = [
     ["plan"],
     ["search", "diagnosis"],
     ["verification", "foresight"],
-    ["check", "demo", "report", "terminal"],
+    ["check", "demo", "first_case", "report", "terminal"],
     ["handover", "verbs"],
+    ["options"],
     ["cli", "summary"],
 ]
 GROUND = {"errors", "files", "threads"}  # single modules that everything may use

@@ -16,7 +16,7 @@ from calibrator.case.codec import build, plain
 from calibrator.case.fingerprint import Fingerprint, changed
 from calibrator.case.settings import Diagnosis, Replicates
 from calibrator.case.vocabulary import SCHEMA
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, DryRun
 from calibrator.files import own_folder, parse_json, read_text, write_text
 from calibrator.runs.batch import Progress
 from calibrator.runs.cost import core_hours, core_seconds
@@ -47,6 +47,7 @@ class Workspace:
         commands that messages name.
     go_on : make all runs of a plan, also where the first ones fail alike; spent [h] : core-hours of
         each batch that has been carried out since the workspace was made.
+    dry_run : raise DryRun where runs would be made.
     """
 
     case: Case
@@ -56,6 +57,7 @@ class Workspace:
     arguments: tuple[str, ...] = ()
     go_on: bool = False
     spent: list[float] = dataclasses.field(default_factory=list, compare=False, repr=False)
+    dry_run: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", Path(self.path))
@@ -205,9 +207,13 @@ def carry_out(
     """Run what neither this folder nor the shipped database has.
 
     Returns all finished records of the requests. Raises CalibratorError, before any run, where they
-    are beyond the budget, which is run.budget_core_hours unless another is given.
+    are beyond the budget, which is run.budget_core_hours unless another is given; DryRun instead of
+    both, or of making runs, where the workspace asks for that.
     """
-    if words := beyond(space, requests, budget):
+    words = beyond(space, requests, budget)
+    if space.dry_run and (work := work_left(space, requests))[0]:
+        raise DryRun(len(work[0]), work[1], space.engine, words)
+    if words:
         raise CalibratorError(words)
     there = space.shipped().records
     missing = [r for r in requests if r.run_id not in there]

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from calibrator.case.lab import read_lab
-from calibrator.cli import _parser, main
+from calibrator.cli import main
+from calibrator.options import parser
 
 REPO = Path(__file__).resolve().parents[2]
 
@@ -130,7 +131,7 @@ def test_a_mistake_ends_with_what_to_do_and_writes_nothing(folder, capsys, argum
 
 
 def test_the_page_names_the_kinds_and_options_as_they_are():
-    (verbs,) = (a for a in _parser()._actions if a.dest == "verb")
+    (verbs,) = (a for a in parser()._actions if a.dest == "verb")
     (kinds,) = (a for a in verbs.choices["measure"]._actions if a.dest == "kind")
     page = (REPO / "docs" / "measure.md").read_text()
     assert re.findall(r"^    calibrator measure (\w+) ", page, re.M) == list(kinds.choices)

@@ -1,0 +1,86 @@
+"""Kinds of grains: what is conventional for each, and which parameters are left open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calibrator.case.physics import GRAVITY
+from calibrator.runs.setups import NOMINAL_FRACTION
+
+
+@dataclass(frozen=True)
+class Grains:
+    """A kind of grains.
+
+    rolling, sliding : bounds of the search; typical : of both, where one is not searched;
+    restitution : normal, where it is not given; about : in words.
+    """
+
+    about: str
+    rolling: tuple[float, float]
+    sliding: tuple[float, float]
+    typical: tuple[float, float]
+    restitution: float
+
+
+SHAPES = {
+    "spheres": Grains("glass beads, balls, prills", (0.005, 0.15), (0.05, 0.6), (0.02, 0.25), 0.9),
+    "rounded": Grains(
+        "river sand, pellets, seeds, worn gravel", (0.02, 0.4), (0.2, 0.8), (0.15, 0.5), 0.8
+    ),
+    "angular": Grains(
+        "crushed rock and ore, broken glass, sharp sand", (0.1, 0.8), (0.3, 1.0), (0.35, 0.6), 0.7
+    ),
+}
+"""By shape. The bounds are wide: whatever the shape, a response that is reached only at one of them
+is said to be so by `calibrate`. Rolling friction stands for shape (J. Ai et al., Powder Technology
+206 (2011) 269), so that balls have little and broken grains much of it.
+"""
+
+SOFTNESS = 1e-4
+"""Pressure at the bottom over Young's modulus. Grains then overlap by 0.2 % at the bottom, the
+two thirds power of it after Hertz, and a bed is denser by about as much: with 3e-4 instead of 7e-5
+it was 0.4 to 0.6 % denser (`benchmarks/results/hourglass_scale.json`, reduced and stiff).
+"""
+SOFTEST = 10.0
+"""Times that, for the lower bound where Young's modulus is searched: a bed 1 % too dense."""
+WIDTH_OF_DENSITY = 0.12
+"""Share by which the effective density of grains that are no spheres may differ from the solid's:
+their bulk density is that of other packings than spheres have.
+"""
+
+
+def stiffness(density: float, height: float) -> float:
+    """Young's modulus [Pa] of grains of a density [kg/m3] in a fill of a height [m], two digits.
+
+    >>> stiffness(2650.0, 0.05)
+    7400000.0
+    """
+    pressure = NOMINAL_FRACTION * density * GRAVITY * height
+    return float(f"{max(pressure / SOFTNESS, 1e5):.1e}")
+
+
+def open_parameters(
+    shape: str, targets: Sequence[str], density: float, young: float
+) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+    """Bounds of the parameters to calibrate, and values of those that are fixed.
+
+    No more are open than there are independent targets; targets : responses that are calibrated on.
+    Rolling friction comes first where grains are no balls, sliding friction where they are; then
+    the other of them; then an effective density, where grains that are no spheres have a bulk
+    density to meet; then Young's modulus, which that density limits from below.
+    """
+    own = SHAPES[shape]
+    frictions = {"rolling_friction": own.rolling, "sliding_friction": own.sliding}
+    names = list(frictions) if shape != "spheres" else list(frictions)[::-1]
+    wanted = {n: frictions[n] for n in names}
+    if "bulk_density" in targets:
+        width = WIDTH_OF_DENSITY * density
+        if shape != "spheres":
+            wanted["particle_density"] = (round(density - width), round(density + width))
+        wanted["young_modulus"] = (young / SOFTEST, young)
+    bounds = dict(list(wanted.items())[: max(len(set(targets)), 1)])
+    known = dict(zip(frictions, own.typical, strict=True))
+    known |= {"particle_density": density, "young_modulus": young}
+    return bounds, {n: v for n, v in known.items() if n not in bounds}

@@ -1,0 +1,221 @@
+"""The verb `init`: from answers to a case, and what is to be known of it before a run is made."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibrator.case.case import Case
+from calibrator.case.toml import read_case
+from calibrator.errors import CalibratorError
+from calibrator.files import own_folder, write_text
+from calibrator.first_case.answers import Answers
+from calibrator.first_case.files import Draft, case_text, draft, lab_text, laboratory
+from calibrator.first_case.knowledge import factors, most_telling
+from calibrator.first_case.sizing import Sized, design_of, fit, grains_of, per_run
+from calibrator.first_case.vessels import across
+from calibrator.foresight.implausible import doubts
+from calibrator.foresight.impossible import require_possible
+from calibrator.foresight.values import resolved
+
+
+@dataclass(frozen=True)
+class Vessel:
+    """A set-up as it is simulated.
+
+    across, laboratory : grain diameters across the simulated vessel and the laboratory's; grains :
+    of a run; core_seconds : of a run, predicted.
+    """
+
+    across: float
+    laboratory: float
+    grains: int
+    core_seconds: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Begun:
+    """Outcome of the verb `init`.
+
+    Attributes
+    ----------
+    case, lab : the files.
+    vessels : by set-up; steps : what a smaller vessel does to each measurement, in words; lost :
+        why others are left out, both by key.
+    calibrated, fixed : parameters, with bounds or values; design : of the plan, in words.
+    runs : of the plan, at most; core_hours : of plan, verification and validation; budget : as it
+        was given.
+    factors : within which each friction will be known, 95 %; further : the measurement that would
+        help most, in words, and the factors with it.
+    converted : units; assumed : what nobody said; doubts : what `check` will warn of.
+    """
+
+    case: str
+    lab: str
+    vessels: dict[str, Vessel]
+    steps: dict[str, str]
+    lost: dict[str, str]
+    calibrated: dict[str, tuple[float, float]]
+    fixed: dict[str, float]
+    design: str
+    runs: int
+    core_hours: float
+    budget: float
+    factors: dict[str, float]
+    further: str
+    factors_with: dict[str, float]
+    converted: tuple[str, ...]
+    assumed: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+    def lines(self) -> list[str]:
+        """The outcome in plain words."""
+        said = [f"wrote {self.case} and {self.lab}"]
+        for setup, v in self.vessels.items():
+            real = v.across >= v.laboratory * (1 - 1e-3)
+            size = "as in the laboratory" if real else f"instead of {v.laboratory:.0f}"
+            said.append(
+                f"  {setup}: {v.across:.0f} grain diameters across, {size};"
+                f" {v.grains:,} grains, {_time(v.core_seconds)} a run"
+            )
+        said += [f"  {key}: {words}" for key, words in self.steps.items()]
+        said += [f"  {key} is left out: {words}" for key, words in self.lost.items()]
+        open_ones = ", ".join(
+            f"{n} {low:g} to {high:g}" for n, (low, high) in self.calibrated.items()
+        )
+        given = ", ".join(f"{n} = {v:g}" for n, v in self.fixed.items())
+        said.append(f"  calibrated: {open_ones}; given: {given}")
+        said.append(
+            f"  {self.design}, {self.runs} runs at most; {self.core_hours:.2g} core-hours with"
+            f" verification and validation, of {self.budget:g}"
+        )
+        said += [f"  {words}" for words in _forecast(self)]
+        said += [f"  converted: {words}" for words in self.converted]
+        said += [f"  assumed: {words}" for words in self.assumed]
+        return [*said, *(f"  warning: {words}" for words in self.doubts)]
+
+
+def _forecast(begun: Begun) -> list[str]:
+    """What the data will pin down, roughly, and what more would."""
+    if not begun.factors:
+        return ["what the data will pin down was not forecast: no friction is calibrated"]
+    said = "; ".join(_known(name, factor) for name, factor in begun.factors.items())
+    found = [f"forecast, rough: {said}"]
+    if begun.further:
+        better = "; ".join(_known(n, f) for n, f in begun.factors_with.items())
+        found.append(f"most would be gained by {begun.further}: then {better}")
+    return found
+
+
+def _known(name: str, factor: float) -> str:
+    words = name.replace("_", " ")
+    return (
+        f"{words} within a factor of {factor:.1f} up or down"
+        if factor < 3
+        else (f"{words} hardly pinned down")
+    )
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.0f} core-seconds" if seconds < 120 else f"{seconds / 60:.0f} core-minutes"
+
+
+def init(answers: Answers, folder: Path = Path()) -> Begun:
+    """Write a case and a lab file for these answers into a folder, and forecast what they give.
+
+    Raises CalibratorError where files of these names are there, where the budget pays for no plan
+    at all, and for a case that could not be run.
+    """
+    paths = [folder / f"{answers.name}.toml", folder / f"{answers.name}_lab.csv"]
+    for path in paths:
+        if path.exists() or path.is_symlink():
+            raise CalibratorError(
+                f"{path} is there already, and is not overwritten: delete it, give another name, or"
+                " another folder with --out"
+            )
+    with tempfile.TemporaryDirectory() as place:
+        sized, own = _fitted(answers, Path(place))
+        texts = [path.read_text() for path in _paths(answers, Path(place))]
+        require_possible(sized.case, resolved(sized.case))
+    own_folder(folder)
+    for path, text in zip(paths[::-1], texts[::-1], strict=True):
+        write_text(path, text)
+    return _begun(answers, sized, own, paths)
+
+
+def _paths(answers: Answers, folder: Path) -> tuple[Path, Path]:
+    return folder / f"{answers.name}.toml", folder / f"{answers.name}_lab.csv"
+
+
+def _fitted(answers: Answers, place: Path) -> tuple[Sized, Draft]:
+    """The case that the budget pays for, and its draft; its files lie in a folder."""
+    path, lab = _paths(answers, place)
+    drafts: dict[float, Draft] = {}
+
+    def build(most: float, kind: str, keep: bool) -> Case:
+        own = drafts.setdefault(most, draft(answers, most))
+        if not own.targets:
+            reasons = "; ".join(f"{key}: {why}" for key, why in own.lost.items())
+            raise CalibratorError(
+                f"nothing that was measured can be calibrated on in a vessel that budget ="
+                f" {answers.budget:g} pays for ({reasons or 'all rows are held out'}): raise the"
+                " budget, measure in a smaller vessel, or measure an angle or a rate as well"
+            )
+        if keep and own.lost:
+            raise CalibratorError("something is lost")
+        design = design_of(kind, len(own.bounds), own.experiments)
+        write_text(lab, lab_text(answers, own))
+        write_text(path, case_text(answers, own, design))
+        return read_case(path)
+
+    sized = fit(build, answers.budget)  # the last that it builds is the one that fits
+    return sized, drafts[sized.across]
+
+
+def _begun(answers: Answers, sized: Sized, own: Draft, paths: list[Path]) -> Begun:
+    case = sized.case
+    now = factors(own.targets, own.bounds)
+    more = most_telling(own.targets, own.bounds) if now else None
+    plan = case.plan
+    words = {
+        "sobol": f"a Sobol sequence of {plan.sets} sets, {plan.replicates} seeds each",
+        "adaptive": f"an adaptive design that starts with {plan.sets} sets",
+    }
+    return Begun(
+        case=str(paths[0]),
+        lab=str(paths[1]),
+        vessels={
+            setup: Vessel(
+                across(setup, vessel),
+                across(setup, laboratory(answers, setup)),
+                grains_of(case, setup),
+                per_run(case, setup),
+            )
+            for setup, vessel in own.vessels.items()
+        },
+        steps={k: _step(answers, k, own) for k, s in own.steps.items() if s.words},
+        lost=own.lost,
+        calibrated=own.bounds,
+        fixed=own.fixed,
+        design=words[plan.design],
+        runs=sized.runs,
+        core_hours=sized.hours,
+        budget=answers.budget,
+        factors=now,
+        further=more[1] if more else "",
+        factors_with=factors(own.targets, own.bounds, {more[0]: more[2]}) if more else {},
+        converted=answers.converted,
+        assumed=answers.assumed,
+        doubts=tuple(doubts(case, resolved(case))),
+    )
+
+
+def _step(answers: Answers, key: str, own: Draft) -> str:
+    """What a smaller vessel makes of a measured value, in words."""
+    measured = next(r.value for r in answers.rows if r.key == key)
+    step = own.steps[key]
+    if math.isclose(step.value, measured, rel_tol=1e-4):
+        return f"{measured:.4g}, give or take {step.error:.2g}: {step.words}"
+    return f"{measured:.4g} becomes {step.value:.4g} +- {step.error:.2g}: {step.words}"

@@ -1,0 +1,169 @@
+"""What a vessel smaller than the laboratory's, at the same grains, leaves of each measurement.
+
+Lengths shrink in proportion, so that the number of grains across is what changes. A neck whose
+rate was measured stays as wide as it is, and where the cylinder about it still holds too many
+grains, they are coarser there. What is said here was measured on this project's own runs, or is
+Beverloo's law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calibrator.runs.setups import NOMINAL_FRACTION
+
+LENGTHS = {
+    "hourglass": ("cylinder_diameter", "neck_diameter"),
+    "ledge": ("box_length", "fill_height"),
+    "conical_pile": ("cylinder_diameter", "fill_height", "lift_height"),
+}
+"""What shrinks, the width of the vessel first. The mass of an hourglass goes with its cube."""
+
+FEWEST_ACROSS = {"hourglass": 15.0, "ledge": 15.0, "conical_pile": 12.0}
+"""Grain diameters across the smallest vessel that `init` writes."""
+NARROWEST_NECK = 8.0
+"""Grain diameters; at high friction narrower ones clog."""
+EMPTY_RING, RING_ERROR = 1.4, 0.15
+"""k of Beverloo's law, a rate that goes with (D_0 - k d)^2.5, and its standard error.
+
+The rates through necks of 9 and 7 grain diameters in 32 sets of frictions (grid/missing_effect.csv)
+give 1.36 +- 0.07; W. A. Beverloo et al., Chem. Eng. Sci. 15 (1961) 260 have 1.4 for sand.
+"""
+FREE_WIDTH, FREE_HEIGHT = 2.5, 2.0
+"""Neck diameters of cylinder and fill from which the rate does not know of them.
+
+R. M. Nedderman, Statics and Kinematics of Granular Materials (1992), section 10.2.
+"""
+LEDGE_WIDTH = 8.0
+"""Grain diameters of the ledge's period from front to back."""
+
+OF_THE_VESSEL = ("residual_mass", "discharge_time", "emptying_time", "onset_delay")
+OF_THE_CRATER = ("residual_fraction", "drained_")
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What becomes of a measured value in a smaller vessel.
+
+    value : that the smaller vessel would show; error : of that step, one standard deviation; words
+    : why, "" where nothing changes.
+    """
+
+    value: float
+    error: float = 0.0
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Why a measured value says nothing of a smaller vessel."""
+
+    words: str
+
+
+def across(setup: str, vessel: dict[str, float]) -> float:
+    """Width of a vessel over the diameter of its grains."""
+    return vessel[LENGTHS[setup][0]] / (2 * vessel["particle_radius"])
+
+
+def smaller(
+    setup: str, lab: dict[str, float], most: float, responses: Sequence[str]
+) -> dict[str, float]:
+    """The vessel to simulate, at most so many grain diameters across where that is possible.
+
+    lab : the laboratory's, with radius and density of its grains [SI]; it is taken as it is where
+    it is that small.
+    """
+    grain = 2 * lab["particle_radius"]
+    least = min(max(most, FEWEST_ACROSS[setup]) / across(setup, lab), 1.0)
+    found = dict(lab)
+    if setup == "ledge":
+        found["box_width"] = min(lab.get("box_width", math.inf), LEDGE_WIDTH * grain)
+    if setup == "hourglass" and "mass_flow_rate" in responses:
+        found |= _about_the_neck(lab, least, most)
+    elif setup == "hourglass":
+        least = min(max(least, NARROWEST_NECK * grain / lab["neck_diameter"]), 1.0)
+        found |= {n: lab[n] * least for n in LENGTHS[setup]}
+        found["fill_mass"] = lab["fill_mass"] * least**3
+    else:
+        found |= {n: lab[n] * least for n in LENGTHS[setup]}
+    if setup == "conical_pile":
+        # quasi-static lifting is told by the speed over that of a fall through the width
+        found["lift_speed"] = lab["lift_speed"] * math.sqrt(least)
+        found["lift_height"] = max(found["lift_height"], 3 * grain)
+    return {n: float(f"{v:.4g}") for n, v in found.items()}
+
+
+def _about_the_neck(lab: dict[str, float], scale: float, most: float) -> dict[str, float]:
+    """A cylinder and a fill of which the rate through the laboratory's neck does not know.
+
+    scale : of the cylinder, as far as the neck lets it; most : grain diameters across, for which
+    grains become coarser, as far as the neck lets them.
+    """
+    width, neck, radius = lab["cylinder_diameter"], lab["neck_diameter"], lab["particle_radius"]
+    height = lab["fill_mass"] / (_mass_per_height(lab) * width**2)
+    new = min(max(width * scale, FREE_WIDTH * neck), width)
+    lowest = max(min(height, FREE_HEIGHT * neck), height * scale)
+    wanted = new / (2 * radius) / max(most, FEWEST_ACROSS["hourglass"])
+    coarser = max(1.0, min(wanted, neck / (2 * radius) / NARROWEST_NECK))
+    return {
+        "cylinder_diameter": new,
+        "fill_mass": lowest * _mass_per_height(lab) * new**2,
+        "particle_radius": radius * coarser,
+    }
+
+
+def _mass_per_height(lab: dict[str, float]) -> float:
+    """Mass over height and squared diameter of a filled cylinder [kg/m3]."""
+    return math.pi / 4 * NOMINAL_FRACTION * lab["particle_density"]
+
+
+def carried(
+    setup: str, response: str, value: float, lab: dict[str, float], new: dict[str, float]
+) -> Kept | Lost:
+    """What a value measured in the laboratory's vessel is in the simulated one."""
+    more = 1 / across(setup, new) - 1 / across(setup, lab)
+    if lab == new or more <= 1e-9:
+        return Kept(value)
+    if response == "bulk_density":
+        return Kept(
+            value * (1 - 0.3 * more),
+            value * 0.15 * more,
+            "walls loosen the packing by 0.3 of its value times d/D (heaps of 10 to 20 d)",
+        )
+    if response == "pile_angle_of_repose_deg":
+        return Kept(
+            value - 50 * more,
+            8 * more,
+            "fitted angles of small heaps are flatter by 50 degrees times d/D (heaps of 7 to 20 d)",
+        )
+    if response == "pile_equivalent_angle_deg":
+        return Kept(value, 25 * more, "equivalent angles moved by -14 to +36 degrees times d/D")
+    if response in ("ledge_angle_of_repose_deg", "ledge_equivalent_angle_deg"):
+        return Kept(value, 25 * more, "taken to move no more than those of heaps do")
+    if response == "residual_fraction" and setup == "ledge":
+        return Kept(value, 0.5 * more * value, "goes with the slope")
+    if response == "mass_flow_rate":
+        return _rate(value, lab, new)
+    if response.startswith(OF_THE_CRATER):
+        return Lost("a crater of few grains is not that of many, by up to 16 degrees")
+    if response.startswith(OF_THE_VESSEL):
+        return Lost("it belongs to the vessel's own size")
+    return Lost("it was not measured how it goes with the vessel's size")
+
+
+def _rate(value: float, lab: dict[str, float], new: dict[str, float]) -> Kept:
+    """A rate through the same neck, of grains that may be coarser."""
+    neck, fine, coarse = lab["neck_diameter"], lab["particle_radius"], new["particle_radius"]
+    if coarse <= fine * (1 + 1e-6):
+        return Kept(value, 0.02 * value, "the neck is the laboratory's own")
+    free = [neck - 2 * EMPTY_RING * radius for radius in (fine, coarse)]
+    found = value * (free[1] / free[0]) ** 2.5
+    error = 2.5 * RING_ERROR * (2 * coarse / free[1] - 2 * fine / free[0])
+    return Kept(
+        found,
+        math.hypot(0.02, error) * found,
+        f"grains of {2e3 * coarse:.3g} mm stand in for {2e3 * fine:.3g} mm (Beverloo's law)",
+    )

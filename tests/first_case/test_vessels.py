@@ -1,0 +1,89 @@
+"""What a smaller vessel leaves of a measurement."""
+
+import math
+
+import pytest
+
+from calibrator.first_case.vessels import (
+    EMPTY_RING,
+    FREE_HEIGHT,
+    FREE_WIDTH,
+    NARROWEST_NECK,
+    Kept,
+    Lost,
+    across,
+    carried,
+    smaller,
+)
+from calibrator.runs.setups import NOMINAL_FRACTION
+
+GRAINS = {"particle_radius": 1e-3, "particle_density": 2500.0}
+HEAP = {
+    "cylinder_diameter": 0.1,
+    "fill_height": 0.12,
+    "lift_speed": 0.08,
+    "lift_height": 0.1,
+    **GRAINS,
+}
+FLOW = {"cylinder_diameter": 0.2, "neck_diameter": 0.03, "fill_mass": 8.0, **GRAINS}
+
+
+def test_a_vessel_that_is_small_enough_is_simulated_as_it_is():
+    assert smaller("conical_pile", HEAP, 60.0, []) == HEAP
+    assert carried("conical_pile", "pile_angle_of_repose_deg", 30.0, HEAP, HEAP) == Kept(30.0)
+    assert carried("hourglass", "emptying_time", 3.0, FLOW, FLOW) == Kept(3.0)
+
+
+def test_a_heap_shrinks_in_proportion_and_is_lifted_at_the_same_froude_number():
+    new = smaller("conical_pile", HEAP, 20.0, [])
+    assert across("conical_pile", new) == pytest.approx(20)
+    assert new["fill_height"] / new["cylinder_diameter"] == pytest.approx(1.2, rel=1e-3)
+    ratio = new["lift_speed"] ** 2 / new["cylinder_diameter"]
+    assert ratio == pytest.approx(0.08**2 / 0.1, rel=1e-2)
+
+
+def test_a_neck_whose_rate_was_measured_keeps_its_width_and_its_free_surroundings():
+    new = smaller("hourglass", FLOW, 30.0, ["mass_flow_rate"])
+    assert new["neck_diameter"] == FLOW["neck_diameter"]
+    assert new["cylinder_diameter"] >= FREE_WIDTH * 0.03 * (1 - 1e-3)
+    base = math.pi / 4 * new["cylinder_diameter"] ** 2
+    assert new["fill_mass"] / (NOMINAL_FRACTION * 2500 * base) >= FREE_HEIGHT * 0.03 * (1 - 1e-3)
+
+
+def test_grains_become_coarser_only_as_far_as_the_neck_lets_them():
+    new = smaller("hourglass", FLOW, 15.0, ["mass_flow_rate"])
+    assert 1e-3 < new["particle_radius"] <= 0.03 / NARROWEST_NECK / 2 * (1 + 1e-3)
+
+
+def test_the_rate_of_coarser_grains_is_beverloos():
+    new = {**FLOW, "particle_radius": 1.5e-3}
+    kept = carried("hourglass", "mass_flow_rate", 0.1, FLOW, new)
+    law = [(30 - EMPTY_RING * d) ** 2.5 for d in (2, 3)]
+    assert kept.value == pytest.approx(0.1 * law[1] / law[0])
+    assert 0.02 < kept.error / kept.value < 0.1 and "3 mm stand in for 2 mm" in kept.words
+
+
+def test_a_small_heap_is_flatter_by_its_fit_and_its_error_grows_as_it_shrinks():
+    found = [
+        carried(
+            "conical_pile",
+            "pile_angle_of_repose_deg",
+            30.0,
+            HEAP,
+            smaller("conical_pile", HEAP, a, []),
+        )
+        for a in (40, 30, 20, 15)
+    ]
+    values, errors = [k.value for k in found], [k.error for k in found]
+    assert values == sorted(values, reverse=True) and errors == sorted(errors)
+    assert found[-1].value == pytest.approx(30 - 50 * (1 / 15 - 1 / 50))
+
+
+@pytest.mark.parametrize(
+    "response",
+    ["discharge_time", "residual_mass", "drained_angle_of_repose_deg", "late_early_ratio"],
+)
+def test_what_belongs_to_the_size_is_lost_with_a_reason(response):
+    new = smaller("hourglass", FLOW, 20.0, ["mass_flow_rate"])
+    assert carried("hourglass", response, 1.0, FLOW, new).words
+    assert isinstance(carried("hourglass", response, 1.0, FLOW, new), Lost)
