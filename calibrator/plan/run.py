@@ -103,19 +103,19 @@ def _collected(space: Workspace, records: Sequence[Record]) -> Collection:
     """The database's finished runs as an outcome."""
     return Collection(
         runs=len(records),
-        from_shipped_database=_shipped_runs(space),
+        from_shipped_database=_shipped_runs(space, records),
         missing=len(without(plan_requests(space.case), records)),
         fingerprint=rests_on(space.case, records),
         **counts(records),
     )
 
 
-def _shipped_runs(space: Workspace) -> int:
-    """How many of the plan's runs the shipped database has."""
+def _shipped_runs(space: Workspace, records: Sequence[Record]) -> int:
+    """How many of these runs the shipped database has, substitutes of clogged ones included."""
     shipped = space.shipped()
     if space.case.plan.design == "adaptive":
         return sum(belongs(space.case, r.request) for r in shipped.records.values())
-    return len(shipped.find(plan_requests(space.case)))
+    return sum(r.run_id in shipped.records for r in records)
 
 
 def _adaptive_settings(case: Case) -> AdaptiveSettings:
