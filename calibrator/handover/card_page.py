@@ -61,9 +61,21 @@ def _shown(value: CardValue) -> str:
 def _scope(card: Card) -> str:
     return section(
         "What it is for",
-        "<h3>Valid for</h3>" + _listed(card.valid_for),
-        "<h3>Not calibrated for</h3>" + _listed(card.not_calibrated_for),
+        "<h3>Valid for</h3>" + _listed(_spoken(card, card.valid_for)),
+        "<h3>Not calibrated for</h3>" + _listed(_spoken(card, card.not_calibrated_for)),
     )
+
+
+def _spoken(card: Card, sentences: Sequence[str]) -> list[str]:
+    """The sentences with the card's names in words."""
+    names = {r.key: key_words(r.key) for r in card.compared}
+    names |= {v.name: words(v.name) for v in card.values}
+    said = []
+    for sentence in sentences:
+        for name, plain in names.items():
+            sentence = sentence.replace(name, plain)
+        said.append(sentence)
+    return said
 
 
 def _listed(sentences: Sequence[str]) -> str:

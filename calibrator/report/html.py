@@ -6,6 +6,10 @@ Arguments named `body`, `cells` or `rows` are HTML already, all others are escap
 from __future__ import annotations
 
 import base64
+import csv
+import html
+import io
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -14,6 +18,8 @@ from calibrator.report.figures.style import Draw, png
 from calibrator.report.words import text
 
 DOTS, CSS_PIXELS = 160, 104  # per inch of a figure: in the PNG and on the page
+LONGEST_NUMBER = 26
+"""Characters of a cell from which it counts as a sentence."""
 CSS = "\n" + (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
 
 
@@ -48,7 +54,12 @@ class Album:
 def section(title: str, *body: str) -> str:
     """A part of the page with its heading; empty parts of the body are left out."""
     parts = "\n".join(part for part in body if part)
-    return f"<section><h2>{text(title)}</h2>\n{parts}\n</section>"
+    return f'<section id="{_anchor(title)}"><h2>{text(title)}</h2>\n{parts}\n</section>'
+
+
+def _anchor(title: str) -> str:
+    """A title as the end of a link."""
+    return "-".join(re.findall(r"\w+", title.lower()))
 
 
 def paragraph(body: str, kind: str = "") -> str:
@@ -64,21 +75,45 @@ def note(words: str) -> str:
 def table(
     caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], strong: int | None = None
 ) -> str:
-    """A table of HTML cells, the first of a row its heading.
+    """A table of HTML cells, the first of a row its heading, with a link to it as CSV.
 
-    strong : the number of a column to be stressed.
+    strong : the number of a column to be stressed. Columns of sentences are set as sentences, the
+    others as numbers.
     """
+    body = [list(row) for row in rows]
+    wordy = {
+        i for row in body for i, cell in enumerate(row) if i and len(_bare(cell)) > LONGEST_NUMBER
+    }
 
     def cells(row: Sequence[str], tag: str) -> str:
-        marks = [' class="strong"' if i == strong else "" for i in range(len(row))]
+        kinds = ["strong" if i == strong else "words" * (i in wordy) for i in range(len(row))]
+        marks = [f' class="{kind}"' if kind else "" for kind in kinds]
         tags = ["th" if i == 0 else tag for i in range(len(row))]
         made = (f"<{t}{m}>{c}</{t}>" for t, m, c in zip(tags, marks, row, strict=True))
         return f"<tr>{''.join(made)}</tr>"
 
-    body = "\n".join(cells(row, "td") for row in rows)
+    lines = "\n".join(cells(row, "td") for row in body)
+    link = _csv([head, *body], caption)
     return (
-        f'<div class="wide"><table><caption>{text(caption)}</caption>'
-        f"<thead>{cells(head, 'th')}</thead><tbody>\n{body}\n</tbody></table></div>"
+        f'<div class="wide"><table><caption>{text(caption)} {link}</caption>'
+        f"<thead>{cells(head, 'th')}</thead><tbody>\n{lines}\n</tbody></table></div>"
+    )
+
+
+def _bare(cell: str) -> str:
+    """The text of an HTML cell."""
+    return html.unescape(re.sub(r"<[^>]*>", "", cell)).replace("\u00a0", " ").strip()
+
+
+def _csv(rows: Sequence[Sequence[str]], caption: str) -> str:
+    """A link that holds the rows as a CSV file."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\r\n").writerows([_bare(c) for c in row] for row in rows)
+    data = base64.b64encode(stream.getvalue().encode("utf-8-sig")).decode()
+    name = _anchor(caption)[:40].strip("-") or "table"
+    return (
+        f'<a class="csv" download="{name}.csv" href="data:text/csv;charset=utf-8;base64,{data}">'
+        "CSV</a>"
     )
 
 
@@ -91,11 +126,22 @@ def mark(passed: bool | None, yes: str = "met", no: str = "missed") -> str:
 
 
 def page(title: str, sections: Sequence[str]) -> str:
-    """The whole page of these sections."""
+    """The whole page of these sections, with links to them."""
+    parts = [part for part in sections if part]
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{text(title)}</title>\n<style>{CSS}</style></head>\n<body><main>\n"
-        + "\n".join(part for part in sections if part)
+        '<meta name="color-scheme" content="light dark">'
+        f"<title>{text(title)}</title>\n<style>{CSS}</style></head>\n<body>"
+        + _navigation("".join(parts))
+        + "<main>\n"
+        + "\n".join(parts)
         + "\n</main></body></html>\n"
     )
+
+
+def _navigation(body: str) -> str:
+    """Links to the sections of a page."""
+    found = re.findall(r'<section id="([^"]*)"><h2>(.*?)</h2>', body)
+    links = "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in found)
+    return f'<nav aria-label="Sections">{links}</nav>\n' if len(found) > 1 else ""

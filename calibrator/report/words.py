@@ -10,7 +10,8 @@ from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Target
 from calibrator.case.vocabulary import RESPONSES, Quantity
 
-SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+PEOPLE = {"young modulus": "Young's modulus", "poisson ratio": "Poisson's ratio"}
+"""Names of people, who write themselves with a capital."""
 
 
 def text(words: object) -> str:
@@ -19,19 +20,19 @@ def text(words: object) -> str:
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number for people: 0.2314, 1590, 2.9×10⁶; a dash where there is none.
+    """A number that stays one when it is copied: 0.2314, 1590, 2.9e6; a dash where there is none.
 
     >>> number(0.23138), number(-2.9e6, 2), number(None)
-    ('0.2314', '−2.9×10⁶', '–')
+    ('0.2314', '-2.9e6', '–')
     """
     if value is None:
         return "–"
     if value == 0 or 1e-3 <= abs(value) < 1e5:
         rounded = f"{value:.{digits}g}"
-        return (f"{value:.0f}" if "e" in rounded else rounded).replace("-", "−")
+        return f"{value:.0f}" if "e" in rounded else rounded
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return f"{mantissa.replace('-', '−')}×10{str(int(exponent)).translate(SUPERSCRIPT)}"
+    return f"{mantissa}e{int(exponent)}"
 
 
 def percent(share: float | None, signed: bool = True, digits: int = 2) -> str:
@@ -41,7 +42,7 @@ def percent(share: float | None, signed: bool = True, digits: int = 2) -> str:
     rounded = round(100 * share, digits) + 0.0  # the sum turns -0.0 into 0.0
     sign = "+" if signed and rounded else ""
     # a space at which no line is broken
-    return f"{rounded:{sign}.{digits}f}\u00a0%".replace("-", "−")
+    return f"{rounded:{sign}.{digits}f}\u00a0%"
 
 
 def with_error(value: float, error: float) -> str:
@@ -56,7 +57,7 @@ def with_error(value: float, error: float) -> str:
         return number(value)
     exponent = math.floor(math.log10(error))
     decimals = max(0, (1 if error < 3 * 10**exponent else 0) - exponent)
-    return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}"
 
 
 def unit(quantity: Quantity) -> str:
@@ -72,12 +73,20 @@ def amount(value: float, quantity: Quantity, digits: int = 3) -> str:
 
 def axis_label(quantity: Quantity) -> str:
     """Axis label with the unit as it is printed."""
-    return quantity.label.replace("[kg/m3]", "[kg/m³]").replace("[deg]", "[°]")
+    label = quantity.label.replace("[kg/m3]", "[kg/m³]").replace("[deg]", "[°]")
+    for plain, named in PEOPLE.items():
+        label = label.replace(plain, named)
+    return label
 
 
 def words(name: str) -> str:
-    """A name of the vocabulary in words."""
-    return name.removesuffix("_deg").replace("_", " ")
+    """A name of the vocabulary in words.
+
+    >>> words("pile_angle_of_repose_deg"), words("young_modulus")
+    ('pile angle of repose', "Young's modulus")
+    """
+    plain = name.removesuffix("_deg").replace("_", " ")
+    return PEOPLE.get(plain, plain)
 
 
 def response(key: str) -> Quantity:
