@@ -23,7 +23,9 @@ from calibrator.errors import CalibratorError
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect
 from calibrator.report.page import Page, write_report
-from calibrator.report.words import number, text, words
+from calibrator.report.words import number
+from calibrator.report.words import text as escaped
+from calibrator.report.words import words as in_words
 from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
 from calibrator.search.outcome import arrays_path, current_calibration
@@ -185,7 +187,7 @@ def test_the_answer_gives_values_intervals_and_the_verdict(whole):
     space, _, page = whole
     answer = re.search(r'<p class="answer">(.*?)</p>', page, re.DOTALL).group(1)
     for profile in current_calibration(space).identifiability.parameters:
-        assert text(words(profile.name)) in answer
+        assert escaped(in_words(profile.name)) in answer
         assert number(profile.interval_95[0], 3) in answer
     assert (
         "<b>Verified:</b>" in answer
