@@ -18,7 +18,8 @@ from calibrator.errors import CalibratorError, one_line
 from calibrator.handover.names import ENGINES
 from calibrator.laboratory.verb import add_arguments, measure
 from calibrator.terminal import say, say_json
-from calibrator.verbs import DIAGNOSIS, HANDED_ON, MEASURE, VERBS, Verb
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, LOOKED_AT, MEASURE, VERBS, Verb
+from calibrator.view.names import FRAMES
 
 if TYPE_CHECKING:
     from calibrator.runs.workspace import Workspace
@@ -101,7 +102,8 @@ def _parser() -> argparse.ArgumentParser:
     demo = Verb("copy the demo's sand into the present folder, and do `all` on it", "")
     doctor = Verb("say what this machine has of what runs need, and what is missing", "")
     both = {"doctor": doctor, "demo": demo}
-    for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS, **HANDED_ON}.items():
+    of_a_case = {**VERBS, "all": whole, **DIAGNOSIS, **LOOKED_AT, **HANDED_ON}
+    for name, verb in {**both, **of_a_case}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
     add_arguments(verbs.add_parser("measure", help=MEASURE, description=MEASURE), _path)
@@ -158,6 +160,8 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
         )
     if verb in HANDED_ON:
         _add_handing_on(own, verb)
+    if verb in LOOKED_AT:
+        _add_looking_at(own)
 
 
 def _add_handing_on(own: argparse.ArgumentParser, verb: str) -> None:
@@ -168,6 +172,19 @@ def _add_handing_on(own: argparse.ArgumentParser, verb: str) -> None:
     if verb == "export":
         which = "engine (default: all)"
         own.add_argument("--to", choices=(*ENGINES, "all"), default="all", help=which)
+
+
+def _add_looking_at(own: argparse.ArgumentParser) -> None:
+    """Add what the verb takes that looks into a run."""
+    which = "run id or its beginning, or a member of the front, such as B (default: the compromise)"
+    own.add_argument("run", metavar="RUN", nargs="?", default="", help=which)
+    which = "experiment of a candidate's run, such as ledge (default: the case's first)"
+    own.add_argument("--setup", metavar="NAME", default="", help=which)
+    which = "most frames of the animation"
+    own.add_argument("--frames", metavar="N", type=int, default=FRAMES, help=which)
+    own.add_argument(
+        "--anyway", action="store_true", help="show the run also where it is not the noted one"
+    )
 
 
 def _given(options: argparse.Namespace) -> tuple[str, ...]:
@@ -203,21 +220,22 @@ def _doctor(options: argparse.Namespace) -> int:
 
     named = read_case(options.case, options.site).run.yade if options.case else ""
     found = examine(options.results, options.engine, named)
-    if options.json:
-        say_json(found)
-    else:
-        say("doctor: " + "\n".join(found.lines()))
+    _say(options, found)
     return 0 if found.good else 1
 
 
 def _measure(options: argparse.Namespace, arguments: list[str]) -> int:
     """Measure raw data."""
-    found = measure(options, arguments)
-    if options.json:
-        say_json(found)
-    else:
-        say("measure: " + "\n".join(found.lines()))
+    _say(options, measure(options, arguments))
     return 0
+
+
+def _say(options: argparse.Namespace, outcome: Any) -> None:
+    """Print the outcome of the verb, in words or as JSON."""
+    if options.json:
+        say_json(outcome)
+    else:
+        say(f"{options.verb}: " + "\n".join(outcome.lines()))
 
 
 def _lay_out_demo(options: argparse.Namespace) -> None:
@@ -240,6 +258,8 @@ def _do(options: argparse.Namespace) -> int:
         return _diagnose(options, space)
     if options.verb in HANDED_ON:
         return _hand_on(options, space)
+    if options.verb in LOOKED_AT:
+        return _look_at(options, space)
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
     outcomes, good = {}, True
     for verb in verbs:
@@ -263,21 +283,21 @@ def _do(options: argparse.Namespace) -> int:
 def _hand_on(options: argparse.Namespace, space: Workspace) -> int:
     """Write what others need of a calibration; returns the exit status."""
     more = [options.to] if options.verb == "export" else []
-    outcome = HANDED_ON[options.verb](space, options.candidate, *more, options.out)
-    if options.json:
-        say_json(outcome)
-    else:
-        say(f"{options.verb}: " + "\n".join(outcome.lines()))
+    _say(options, HANDED_ON[options.verb](space, options.candidate, *more, options.out))
+    return 0
+
+
+def _look_at(options: argparse.Namespace, space: Workspace) -> int:
+    """Look into a run; returns the exit status."""
+    outcome = LOOKED_AT["view"](space, options.run, options.setup, options.frames, options.anyway)
+    _say(options, outcome)
     return 0
 
 
 def _diagnose(options: argparse.Namespace, space: Workspace) -> int:
     """Carry out a verb of the diagnosis; returns the exit status."""
     outcome = DIAGNOSIS[options.verb](space, options.yes)
-    if options.json:
-        say_json(outcome)
-    else:
-        say(f"{options.verb}: " + "\n".join(outcome.lines()))
+    _say(options, outcome)
     if options.verb == "diagnose":
         from calibrator.report.diagnosis import write_diagnosis
 

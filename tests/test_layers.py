@@ -12,6 +12,7 @@ FLOORS = [
     ["plan"],
     ["search", "diagnosis"],
     ["verification", "foresight"],
+    ["view"],
     ["check", "demo", "report", "terminal"],
     ["handover", "verbs"],
     ["cli", "summary"],
@@ -20,7 +21,7 @@ GROUND = {"errors", "files", "threads"}  # single modules that everything may us
 FENCED = {
     "pymoo": {"search.nsga2"},
     "moocore": {"search.nsga2"},
-    "matplotlib": {"report.figures"},
+    "matplotlib": {"report.figures", "view.drawing", "view.animation"},
     "subprocess": {"runs.local", "runs.slurm", "runs.programs"},
     "sklearn": {"responses.gaussian_process", "responses.kernel", "responses.success"},
     "threadpoolctl": {"threads"},
