@@ -103,7 +103,7 @@ def test_the_yade_side_uses_yade_numpy_and_the_standard_library_only():
     import sys
 
     own = {p.stem for p in (REPO / "yade_scripts").glob("*.py")}
-    for path in (REPO / "yade_scripts").glob("*.py"):
+    for path in (REPO / "yade_scripts").rglob("*.py"):
         for module in imports(path):
             top = module.split(".")[0]
             assert top in own | {"yade", "numpy"} or top in sys.stdlib_module_names, (

@@ -84,7 +84,7 @@ def scene_of(
     ]
     low = scene.seen(last.centres)[:, 1]
     shown = np.concatenate(corners)
-    margin = 0.03 * float(np.ptp(shown[:, 0]))
+    margin = 0.06 * float(np.ptp(shown[:, 0]))
     left, right = shown[:, 0].min() - margin, shown[:, 0].max() + margin
     bottom, top = min(shown[:, 1].min(), np.quantile(low, 0.005)), shown[:, 1].max()
     strip = 0.07 * (top - bottom)  # for the scale bar

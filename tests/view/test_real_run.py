@@ -65,7 +65,8 @@ def test_a_run_that_is_watched_is_the_one_that_nobody_watched(tmp_path, setup, e
     assert_same(record, curves[0], watched, curves[1])
     film = Film.read(folder.path / SNAPSHOTS)
     assert np.all(np.diff(film.times) > 0) and max(np.bincount(film.stages)) <= 129
-    assert film.released == pytest.approx(record.diagnostics["filling_time"])
+    step = record.diagnostics["time_step"]  # YADE counts it once its engines are through
+    assert film.released == pytest.approx(record.diagnostics["filling_time"], abs=1.5 * step)
     filled, last = (read_snapshot(film.paths[i]) for i in (film.filled, -1))
     shift, arrays = np.zeros(3), read_arrays(curves[0])
     if setup == "ledge":  # its record has the axes of the ledge, its scene those of YADE's cell
