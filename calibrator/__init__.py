@@ -19,6 +19,7 @@ Rooms, from the ground; a room imports only from those above it in this list:
     search                  phase 2, the optimisation: calibrate
     diagnosis               the missing effect: preflight, diagnose
     verification            phase 3: verify, validate
+    view                    one run to be seen: view
     foresight               what can be known to be wrong, or odd, before a run is made
     check, report, terminal what is said, before and after
     handover                the material for other scenes and engines
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from calibrator.search.calibrate import calibrate as calibrate
     from calibrator.verification.verify import validate as validate
     from calibrator.verification.verify import verify as verify
+    from calibrator.view.view import view_run as view_run
 
 _HOMES = {
     "CalibratorError": "errors",
@@ -64,6 +66,7 @@ _HOMES = {
     "write_report": "report.page",
     "preflight": "diagnosis.preflight",
     "diagnose": "diagnosis.diagnose",
+    "view_run": "view.view",
     "export": "handover.export",
     "write_card": "handover.write_card",
 }

@@ -17,7 +17,7 @@ from calibrator.errors import CalibratorError, DryRun, one_line
 from calibrator.laboratory.verb import measure
 from calibrator.options import parser
 from calibrator.terminal import say, say_json
-from calibrator.verbs import DIAGNOSIS, HANDED_ON, VERBS
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, LOOKED_AT, VERBS
 
 if TYPE_CHECKING:
     from calibrator.runs.workspace import Workspace
@@ -118,20 +118,13 @@ def _doctor(options: argparse.Namespace) -> int:
 
     named = read_case(options.case, options.site).run.yade if options.case else ""
     found = examine(options.results, options.engine, named)
-    if options.json:
-        say_json(found)
-    else:
-        say("doctor: " + "\n".join(found.lines()))
+    _say(options, found)
     return 0 if found.good else 1
 
 
 def _measure(options: argparse.Namespace, arguments: list[str]) -> int:
     """Measure raw data."""
-    found = measure(options, arguments)
-    if options.json:
-        say_json(found)
-    else:
-        say("measure: " + "\n".join(found.lines()))
+    _say(options, measure(options, arguments))
     return 0
 
 
@@ -160,6 +153,14 @@ def _init(options: argparse.Namespace) -> int:
     return 0
 
 
+def _say(options: argparse.Namespace, outcome: Any) -> None:
+    """Print the outcome of the verb, in words or as JSON."""
+    if options.json:
+        say_json(outcome)
+    else:
+        say(f"{options.verb}: " + "\n".join(outcome.lines()))
+
+
 def _lay_out_demo(options: argparse.Namespace) -> None:
     """Copy the demo's files, say so, and let the options ask for the whole way on its case."""
     options.case, written = lay_out(Path())
@@ -180,6 +181,8 @@ def _do(options: argparse.Namespace) -> int:
         return _diagnose(options, space)
     if options.verb in HANDED_ON:
         return _hand_on(options, space)
+    if options.verb in LOOKED_AT:
+        return _look_at(options, space)
     verbs = list(VERBS) if options.verb == "all" else [options.verb]
     outcomes, good = {}, True
     for verb in verbs:
@@ -203,21 +206,21 @@ def _do(options: argparse.Namespace) -> int:
 def _hand_on(options: argparse.Namespace, space: Workspace) -> int:
     """Write what others need of a calibration; returns the exit status."""
     more = [options.to] if options.verb == "export" else []
-    outcome = HANDED_ON[options.verb](space, options.candidate, *more, options.out)
-    if options.json:
-        say_json(outcome)
-    else:
-        say(f"{options.verb}: " + "\n".join(outcome.lines()))
+    _say(options, HANDED_ON[options.verb](space, options.candidate, *more, options.out))
+    return 0
+
+
+def _look_at(options: argparse.Namespace, space: Workspace) -> int:
+    """Look into a run; returns the exit status."""
+    outcome = LOOKED_AT["view"](space, options.run, options.setup, options.frames, options.anyway)
+    _say(options, outcome)
     return 0
 
 
 def _diagnose(options: argparse.Namespace, space: Workspace) -> int:
     """Carry out a verb of the diagnosis; returns the exit status."""
     outcome = DIAGNOSIS[options.verb](space, options.yes)
-    if options.json:
-        say_json(outcome)
-    else:
-        say(f"{options.verb}: " + "\n".join(outcome.lines()))
+    _say(options, outcome)
     if options.verb == "diagnose":
         from calibrator.report.diagnosis import write_diagnosis
 

@@ -12,9 +12,14 @@ from calibrator import __version__
 from calibrator.errors import one_line
 from calibrator.handover.names import ENGINES
 from calibrator.laboratory.verb import add_arguments
-from calibrator.verbs import DIAGNOSIS, HANDED_ON, INIT, MEASURE, VERBS, Verb
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, INIT, LOOKED_AT, MEASURE, VERBS, Verb
+from calibrator.view.names import FRAMES
 
-MAKE_RUNS = ("all", "demo", *(n for n, v in {**VERBS, **DIAGNOSIS}.items() if v.makes_runs))
+MAKE_RUNS = (
+    "all",
+    "demo",
+    *(n for n, v in {**VERBS, **DIAGNOSIS}.items() if v.makes_runs),
+)
 
 
 class Parser(argparse.ArgumentParser):
@@ -47,7 +52,8 @@ def parser() -> argparse.ArgumentParser:
     demo = Verb("copy the demo's sand into the present folder, and do `all` on it", "")
     doctor = Verb("say what this machine has of what runs need, and what is missing", "")
     both = {"doctor": doctor, "demo": demo}
-    for name, verb in {**both, **VERBS, "all": whole, **DIAGNOSIS, **HANDED_ON}.items():
+    of_a_case = {**VERBS, "all": whole, **DIAGNOSIS, **LOOKED_AT, **HANDED_ON}
+    for name, verb in {**both, **of_a_case}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
     add_arguments(verbs.add_parser("measure", help=MEASURE, description=MEASURE), _path)
@@ -124,6 +130,8 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
         )
     if verb in HANDED_ON:
         _add_handing_on(own, verb)
+    if verb in LOOKED_AT:
+        _add_looking_at(own)
 
 
 def _add_runs(own: argparse.ArgumentParser) -> None:
@@ -151,3 +159,16 @@ def _add_handing_on(own: argparse.ArgumentParser, verb: str) -> None:
     if verb == "export":
         which = "engine (default: all)"
         own.add_argument("--to", choices=(*ENGINES, "all"), default="all", help=which)
+
+
+def _add_looking_at(own: argparse.ArgumentParser) -> None:
+    """Add what the verb takes that looks into a run."""
+    which = "run id or its beginning, or a member of the front, such as B (default: the compromise)"
+    own.add_argument("run", metavar="RUN", nargs="?", default="", help=which)
+    which = "experiment of a candidate's run, such as ledge (default: the case's first)"
+    own.add_argument("--setup", metavar="NAME", default="", help=which)
+    which = "most frames of the animation"
+    own.add_argument("--frames", metavar="N", type=int, default=FRAMES, help=which)
+    own.add_argument(
+        "--anyway", action="store_true", help="show the run also where it is not the noted one"
+    )

@@ -17,6 +17,7 @@ from calibrator.plan.outcome import Collection, Forecast
 from calibrator.report.page import Page
 from calibrator.search.outcome import Calibration
 from calibrator.verification.outcome import Validation, Verification
+from calibrator.view.outcome import View
 
 OUTCOMES: dict[str, type] = {
     "check": Checked,
@@ -29,6 +30,7 @@ OUTCOMES: dict[str, type] = {
     "report": Page,
     "preflight": Preflight,
     "diagnose": Diagnosis,
+    "view": View,
     "export": Export,
     "card": CardWritten,
 }

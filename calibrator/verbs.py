@@ -84,6 +84,15 @@ HANDED_ON = {
 }
 """The verbs that hand a finished calibration on."""
 
+LOOKED_AT = {
+    "view": Verb(
+        "make one run again with snapshots: a picture, an animation, files for ParaView",
+        "view.view:view_run",
+        "view",
+    ),
+}
+"""The verb that looks into a single run."""
+
 INIT = "make a case of your own: questions, or a file of answers, and a budget"
 MEASURE = "make rows of the lab file of raw data: logs of a scale, profiles, photographs"
 """What the verbs do that need no case."""

@@ -10,6 +10,7 @@ way.
 """
 
 import ast
+import itertools
 import json
 import math
 import os
@@ -161,7 +162,33 @@ def behave(setup: str, run_id: str, p: dict, what: str) -> None:
         os.makedirs("records", exist_ok=True)
         Path("records", run_id + ".json").write_text(json.dumps(record)[:100])
         return
+    if Path(sys.argv[-1]).parent.name == "watched":
+        write_snapshots(p)
     contract.write_record("records", run_id, record, {})
+
+
+def write_snapshots(p: dict) -> None:
+    """What yade_scripts/watch leaves: made-up grains that fall, and half of which then go."""
+    import numpy as np
+
+    os.makedirs("snapshots", exist_ok=True)
+    radius, drawn = p["particle_radius"], np.random.default_rng(p["seed"])
+    rest = radius * drawn.uniform((-8, -8, 0), (8, 8, 16), (60, 3))
+    turn = 2 * np.pi * np.arange(13) / 12
+    rim = 9 * radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    up = np.array([0, 0, 40 * radius])
+    sides = itertools.pairwise(rim)
+    facets = [f for a, b in sides for f in ((a, b, b + up), (a, b + up, a + up))]
+    for stage, look in [(0, i) for i in range(1, 7)] + [(1, i) for i in range(12)]:
+        left = 60 if stage == 0 else 60 - 3 * min(look, 9)
+        fall = max(6 - look, 0) if stage == 0 else 0
+        np.savez_compressed(
+            f"snapshots/{stage}_{look:09d}.npz", stage=stage, time=0.01 * (7 * stage + look),
+            ids=np.arange(left), clumps=np.arange(left), radii=np.full(left, radius),
+            centres=rest[:left] + np.array([0, 0, fall * radius]), facets=np.array(facets),
+            speeds=np.full(left, 0.1 * (fall if stage == 0 else max(9 - look, 0))),
+            planes=np.array([[2.0, 0.0]]),
+        )  # fmt: skip
 
 
 def first_time(run_id: str) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 from calibrator.cli import main
 from calibrator.options import parser
-from calibrator.verbs import DIAGNOSIS, HANDED_ON, VERBS
+from calibrator.verbs import DIAGNOSIS, HANDED_ON, LOOKED_AT, VERBS
 
 REPO = Path(__file__).resolve().parent.parent
 DOCUMENTS = sorted(
@@ -107,4 +107,4 @@ def test_the_options_of_the_commands_are_those_that_the_page_names():
 def test_the_verbs_are_those_that_the_readme_names():
     text = (REPO / "README.md").read_text()
     named_verbs = re.findall(r"^    calibrator (\w+) my_sand.toml", text, re.M)
-    assert named_verbs == [*VERBS, "all", *DIAGNOSIS, *HANDED_ON]
+    assert named_verbs == [*VERBS, "all", *LOOKED_AT, *DIAGNOSIS, *HANDED_ON]

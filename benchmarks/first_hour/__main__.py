@@ -2,11 +2,11 @@
 
     python -m benchmarks.first_hour [USER ...]    an hour of a machine with two cores each
 
-users.py says what each has and calls, data.py made their raw data. Each starts in an empty folder (results/first_hour/<user>, emptied first) with nothing but their own
-files and the installed command, and ends with a report, a card and files for other engines. Every
-command has to end as it should; a refusal has to say what to do. Writes
-benchmarks/results/first_hour.json: wall and core seconds of each command, what it said last, and
-what was found.
+users.py says what each has and calls, data.py made their raw data. Each starts in an empty folder
+(results/first_hour/<user>, emptied first) with nothing but their own files and the installed
+command, and ends with a report, a card and files for other engines. Every command has to end as it
+should; a refusal has to say what to do. Writes benchmarks/results/first_hour.json: wall and core
+seconds of each command, what it said last, and what was found.
 """
 
 import json

@@ -7,6 +7,7 @@ from calibrator.case.vocabulary import PARAMETERS
 from calibrator.report.calibration import spoken
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, mark, note, paragraph, section, table
+from calibrator.report.opening import opening
 from calibrator.report.words import (
     amount,
     heading,
@@ -32,6 +33,7 @@ def answer(findings: Findings, album: Album) -> str:
         [
             f"<header><h1>Calibration of {text(words(case.name))}</h1>"
             f"{paragraph(text(case.about), 'about')}</header>",
+            opening(findings),
             section("What was asked", paragraph(question(findings)), _targets_table(findings)),
             section(
                 "The answer",

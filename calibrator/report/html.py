@@ -39,16 +39,20 @@ class Album:
         path = self.folder / f"{name}.png"
         path.write_bytes(picture)
         self.paths.append(path)
-        source = base64.b64encode(picture).decode()
-        # of the PNG header: the same text size in all figures
-        width = int.from_bytes(picture[16:20], "big") * CSS_PIXELS // DOTS
-        words = text(caption)
-        return (
-            f'<figure><div class="wide"><img alt="{words}"'
-            f' style="width:{width}px;min-width:{width * 5 // 8}px" '
-            f'src="data:image/png;base64,{source}"></div>'
-            f"<figcaption>{words}</figcaption></figure>"
-        )
+        return embedded(picture, caption, caption)
+
+
+def embedded(picture: bytes, seen: str, caption: str) -> str:
+    """A figure element of a PNG of `DOTS` per inch; seen : what it shows, for who cannot see it."""
+    source = base64.b64encode(picture).decode()
+    # of the PNG header: the same text size in all figures
+    width = int.from_bytes(picture[16:20], "big") * CSS_PIXELS // DOTS
+    return (
+        f'<figure><div class="wide"><img alt="{text(seen)}"'
+        f' style="width:{width}px;min-width:{width * 5 // 8}px" '
+        f'src="data:image/png;base64,{source}"></div>'
+        f"<figcaption>{text(caption)}</figcaption></figure>"
+    )
 
 
 def section(title: str, *body: str) -> str:

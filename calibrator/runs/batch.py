@@ -99,8 +99,13 @@ def time_limit(cost: dict[str, float], patience: float) -> float:
     return HANGS * cpu_limit(cost, patience)
 
 
-def batch_arguments(table: str, batch: Sequence[Request], jobs: int) -> list[str]:
-    """Arguments of yade-batch for a table, both relative to the folder of the runs."""
+def batch_arguments(
+    table: str, batch: Sequence[Request], jobs: int, scripts: str = "scripts"
+) -> list[str]:
+    """Arguments of yade-batch for a table and scripts, all relative to the folder of the runs.
+
+    scripts : where those of the set-ups are; a table of several set-ups names them itself.
+    """
     setups = {r.setup for r in batch}
     options = {
         "-j": jobs,
@@ -110,7 +115,7 @@ def batch_arguments(table: str, batch: Sequence[Request], jobs: int) -> list[str
         "--log": "logs/@.log",
     }
     pairs = [str(word) for pair in options.items() for word in pair]
-    script = [f"scripts/{setup}.py" for setup in setups if len(setups) == 1]
+    script = [f"{scripts}/{setup}.py" for setup in setups if len(setups) == 1]
     return [*pairs, "--disable-pynotify", "--executable", "scripts/run_yade.sh", table, *script]
 
 

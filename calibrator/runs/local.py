@@ -31,14 +31,16 @@ class Local(engine.Engine):
     ----------
     jobs : runs at a time; 0 takes every core that this process is allowed.
     yade : the build of YADE that the case names; empty where it names none.
+    scripts : where the set-ups' scripts lie in the folder of the runs.
     """
 
     pause = 0.5
     advice = ""
     early_ends = 2  # a yade-batch that dies again and again is not started for ever
 
-    def __init__(self, jobs: int = 0, yade: str = "") -> None:
+    def __init__(self, jobs: int = 0, yade: str = "", scripts: str = "scripts") -> None:
         self.build = chosen(yade)
+        self.scripts = scripts
         self.cores = self.jobs = jobs or len(os.sched_getaffinity(0))
         self.command: list[str] = []
         self.process: subprocess.Popen[bytes] | None = None
@@ -60,7 +62,7 @@ class Local(engine.Engine):
         write_table(folder.path / name, self.batch)
         patience = batch.patience(self.batch)
         limits = time_limit(batch.cost, patience), cpu_limit(batch.cost, patience)
-        arguments = batch_arguments(name, self.batch, self.jobs)
+        arguments = batch_arguments(name, self.batch, self.jobs, self.scripts)
         with open(refuse_link(folder.path / "logs" / "yade-batch.log"), "ab") as output:
             self.process = subprocess.Popen(
                 [*self.command, *arguments],
