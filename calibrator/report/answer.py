@@ -8,6 +8,7 @@ from calibrator.report.calibration import spoken
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, mark, note, paragraph, section, table
 from calibrator.report.opening import opening
+from calibrator.report.overview import overview
 from calibrator.report.words import (
     amount,
     heading,
@@ -27,20 +28,21 @@ from calibrator.verification.outcome import Verdict
 
 
 def answer(findings: Findings, album: Album) -> str:
-    """The first screen: question, three sentences, warnings, and the parameters in a table."""
+    """The first screen: what to use, how sure, what is doubtful, and what became of each target."""
     case = findings.space.case
     return "\n".join(
         [
             f"<header><h1>Calibration of {text(words(case.name))}</h1>"
             f"{paragraph(text(case.about), 'about')}</header>",
-            opening(findings),
-            section("What was asked", paragraph(question(findings)), _targets_table(findings)),
             section(
                 "The answer",
                 *_warnings(findings),
                 paragraph(_sentences(findings), "answer"),
+                overview(findings),
+                opening(findings),
                 _parameters_table(findings),
             ),
+            section("What was asked", paragraph(question(findings)), _targets_table(findings)),
         ]
     )
 

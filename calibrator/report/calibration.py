@@ -11,7 +11,7 @@ from calibrator.case.vocabulary import PARAMETERS
 from calibrator.report.figures import calibration as figures
 from calibrator.report.figures import search as search_figures
 from calibrator.report.findings import Findings
-from calibrator.report.html import Album, note, paragraph, section
+from calibrator.report.html import Album, folded, note, paragraph, section
 from calibrator.report.words import (
     amount,
     axis_label,
@@ -47,12 +47,15 @@ def calibration(findings: Findings, album: Album) -> str:
         "Calibration",
         paragraph(text(_said_database(findings))),
         *(_slices(findings, album, key) for key in keys),
-        _parity(findings, album),
         _front(findings, album),
-        _distance(findings, album),
         _likelihood(findings, album),
         _ridge(findings, album),
-        _sensitivity(findings, album),
+        folded(
+            "How good the interpolant and the search are, and what each parameter does",
+            _parity(findings, album),
+            _distance(findings, album),
+            _sensitivity(findings, album),
+        ),
         *(
             paragraph(text(spoken(findings, s)), "small")
             for s in (*found.unseen, *found.failures, *found.reachability.sentences)

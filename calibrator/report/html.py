@@ -48,9 +48,8 @@ def embedded(picture: bytes, seen: str, caption: str) -> str:
     # of the PNG header: the same text size in all figures
     width = int.from_bytes(picture[16:20], "big") * CSS_PIXELS // DOTS
     return (
-        f'<figure><div class="wide"><img alt="{text(seen)}"'
-        f' style="width:{width}px;min-width:{width * 5 // 8}px" '
-        f'src="data:image/png;base64,{source}"></div>'
+        f'<figure><img alt="{text(seen)}" style="width:{width}px"'
+        f' src="data:image/png;base64,{source}">'
         f"<figcaption>{text(caption)}</figcaption></figure>"
     )
 
@@ -59,6 +58,12 @@ def section(title: str, *body: str) -> str:
     """A part of the page with its heading; empty parts of the body are left out."""
     parts = "\n".join(part for part in body if part)
     return f'<section id="{_anchor(title)}"><h2>{text(title)}</h2>\n{parts}\n</section>'
+
+
+def folded(summary: str, *body: str) -> str:
+    """A part that opens when its summary is chosen; empty parts of the body are left out."""
+    parts = "\n".join(part for part in body if part)
+    return f"<details><summary>{text(summary)}</summary>\n{parts}\n</details>"
 
 
 def _anchor(title: str) -> str:

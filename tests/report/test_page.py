@@ -191,7 +191,7 @@ def test_the_answer_gives_values_intervals_and_the_verdict(whole):
         assert number(profile.interval_95[0], 3) in answer
     assert (
         "<b>Verified:</b>" in answer
-        and "do not pin down</b> young modulus" in answer
+        and "do not pin down</b> Young&#x27;s modulus" in answer
         and "synthetic" not in answer
     )
 
