@@ -106,6 +106,8 @@ def _parser() -> argparse.ArgumentParser:
     for name, verb in {**both, **of_a_case}.items():
         own = verbs.add_parser(name, help=verb.about, description=verb.about)
         _add_options(own, name)
+        if name in LOOKED_AT:
+            _add_looking_at(own)
     add_arguments(verbs.add_parser("measure", help=MEASURE, description=MEASURE), _path)
     return parser
 
@@ -160,8 +162,6 @@ def _add_options(own: argparse.ArgumentParser, verb: str) -> None:
         )
     if verb in HANDED_ON:
         _add_handing_on(own, verb)
-    if verb in LOOKED_AT:
-        _add_looking_at(own)
 
 
 def _add_handing_on(own: argparse.ArgumentParser, verb: str) -> None:
