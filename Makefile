@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
-.PHONY: demo paper hidden live test test-cluster test-debian13 lint lab yade slurm liggghts lammps release lock clean
+.PHONY: demo paper hidden live test test-cluster test-debian13 lint lab yade slurm liggghts lammps chromium release lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -37,7 +37,7 @@ live:
 	for h in none soft_grains bond_number; do mkdir -p docs/figures/live/$$h && \
 	  cp results/secret_$$h/diagnosis_figures/*.png results/laboratories/secret_$$h/score.json docs/figures/live/$$h/; done
 
-test: yade slurm liggghts lammps $(VENV)/.done-test lint
+test: yade slurm liggghts lammps chromium $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q
 
 test-cluster: yade slurm $(VENV)/.done-test
@@ -68,6 +68,12 @@ yade:
 # For the tests of --engine slurm: a SLURM that they start and stop themselves. Without root or sudo they are skipped.
 slurm:
 	@bash tests/slurm_local.sh install || echo "SLURM could not be installed: the tests of --engine slurm will be skipped" >&2
+
+# For the tests that look at pages. Without root or sudo they are skipped.
+chromium:
+	@command -v chromium >/dev/null || { sudo=$$([ $$(id -u) = 0 ] || echo sudo); \
+	  $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends chromium >/dev/null; } || \
+	  echo "Chromium could not be installed: the tests that look at pages will be skipped" >&2
 
 # For the tests of laboratories that another engine makes. Without root or sudo they are skipped.
 liggghts:

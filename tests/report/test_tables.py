@@ -1,4 +1,4 @@
-"""Tables of a page: sentences wrap, numbers stay numbers, and each table is a CSV file on demand."""
+"""Tables of a page: sentences wrap, numbers stay numbers, and each is a CSV file on demand."""
 
 import base64
 import csv
@@ -8,8 +8,10 @@ import re
 from calibrator.case.problem import Target
 from calibrator.report.html import folded, page, section, table
 from calibrator.report.overview import _compared, _in_errors
+from calibrator.report.words import number
 from calibrator.verification.outcome import Comparison
 
+DASH = number(None)
 ROWS = [
     ["rolling <b>friction</b>", "0.26", "a sentence that is far too long for one line of a table"],
     ["density [kg/m³]", "-1590", '<span class="no">✗ no, &quot;not&quot; at all</span>'],
@@ -70,9 +72,9 @@ def test_the_overview_says_how_far_a_target_is_off_in_its_errors():
     assert row[2:] == ["1600 ± 3", "1610 ± 4", "+0.6\u00a0%", "+2.0", "5 of 6", "calibrate"]
     assert "met" in row[1]
     unknown = _compared(target, comparison(standard_error=None), "calibrate")
-    assert unknown[5] == "–" and unknown[3] == "1610"
+    assert unknown[5] == DASH and unknown[3] == "1610"
     none = _compared(target, comparison(simulated=None, relative_error=None, passed=False), "x")
-    assert "not measured" in none[1] and none[3:6] == ["–", "–", "–"]
+    assert "not measured" in none[1] and none[3:6] == [DASH] * 3
     undecided = _compared(target, comparison(passed=False, undecided=True), "x")
     assert "cannot tell" in undecided[1]
-    assert _in_errors(1.0, 0.0, 0.0) == "–"
+    assert _in_errors(1.0, 0.0, 0.0) == DASH
