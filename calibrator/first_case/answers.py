@@ -29,6 +29,7 @@ from calibrator.first_case.quantities import (
     sizes_of,
     speed_of,
 )
+from calibrator.first_case.vessels import LEDGE_WIDTH
 from calibrator.laboratory.rows import LESSER
 
 KEYS = {
@@ -246,6 +247,9 @@ def _row(reader: Reader, setup: str, response: str, value: Any) -> Observable:
 
 def _assume(reader: Reader, setup: str, vessel: dict[str, float], grain: float) -> None:
     """Fill in what nobody said of a vessel, and say so."""
+    if setup == "ledge" and "box_width" not in vessel:
+        vessel["box_width"] = LEDGE_WIDTH * grain
+        reader.assumed.append(f"box_width = {vessel['box_width']:g} m, without side walls")
     if setup == "conical_pile":
         width = vessel["cylinder_diameter"]
         if "lift_speed" not in vessel:

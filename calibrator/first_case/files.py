@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from calibrator.case.lab import COLUMNS, Observable
 from calibrator.case.problem import USUAL_TOLERANCE
-from calibrator.case.vocabulary import RESPONSES
+from calibrator.case.vocabulary import RESPONSES, SETUPS
 from calibrator.first_case.answers import EVEN_SPREAD, Answers
 from calibrator.first_case.grains import SHAPES, open_parameters, stiffness
 from calibrator.first_case.sizing import Design
@@ -26,6 +26,9 @@ ONE_OF_TWO = (
 """Responses of a set-up that say much the same; the first of them that was measured is fitted, the
 others are held out.
 """
+ENOUGH = 3
+"""Targets that are left when a set-up is held out: one more than the two frictions."""
+SPARED_FIRST = ("ledge", "conical_pile", "hourglass")
 LONGEST_TIME = 5.0
 
 
@@ -104,13 +107,23 @@ def _height(vessel: dict[str, float]) -> float:
 
 
 def _with_roles(rows: Sequence[Observable]) -> list[Observable]:
-    """The rows, each of several that say the same but the first held out."""
+    """The rows, some of them held out.
+
+    Of several that say the same all but the first; and a whole set-up, the one with the fewest
+    targets, where the others have enough without it.
+    """
     demoted = set()
     for group in ONE_OF_TWO:
         for setup in {r.setup for r in rows}:
             own = [f"{setup}.{n}" for n in group]
             have = [r.key for r in rows if r.key in own and r.role == "calibrate"]
             demoted |= set(sorted(have, key=own.index)[1:])
+    left = [r for r in rows if r.role == "calibrate" and r.key not in demoted]
+    count = {setup: sum(r.setup == setup for r in left) for setup in SETUPS}
+    spare = [s for s in SPARED_FIRST if 0 < count[s] <= len(left) - ENOUGH]
+    if spare and not any(r.role == "held_out" for r in rows):
+        fewest = min(spare, key=count.__getitem__)
+        demoted |= {r.key for r in left if r.setup == fewest}
     return [replace(r, role="held_out") if r.key in demoted else r for r in rows]
 
 

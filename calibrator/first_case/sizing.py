@@ -80,9 +80,10 @@ def fit(build: Build, budget: float) -> Sized:
         least = min(least, hours)
     if least == float("inf"):
         raise last or CalibratorError("no case can be made of these answers; correct them")
+    why = f"; in smaller vessels {last.messages[0]}" if last else ""
     raise CalibratorError(
-        f"the smallest plan takes {least:.2g} core-hours, more than budget = {budget:g}: raise it,"
-        " or measure in smaller vessels, such as a neck of 10 grain diameters"
+        f"the smallest plan takes {least:.2g} core-hours, more than budget = {budget:g}{why}; raise"
+        " the budget, or measure in smaller vessels, such as a neck of 10 grain diameters"
     )
 
 

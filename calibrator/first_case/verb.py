@@ -9,7 +9,7 @@ from pathlib import Path
 
 from calibrator.case.case import Case
 from calibrator.case.toml import read_case
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, Mistakes
 from calibrator.files import own_folder, write_text
 from calibrator.first_case.answers import Answers
 from calibrator.first_case.files import Draft, case_text, draft, lab_text, laboratory
@@ -19,6 +19,8 @@ from calibrator.first_case.vessels import across
 from calibrator.foresight.implausible import doubts
 from calibrator.foresight.impossible import require_possible
 from calibrator.foresight.values import resolved
+from calibrator.runs.request import Request
+from calibrator.runs.setups import impossible, numbers
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class Begun:
     case, lab : the files.
     vessels : by set-up; steps : what a smaller vessel does to each measurement, in words; lost :
         why others are left out, both by key.
+    held_out : keys of what is predicted and not fitted.
     calibrated, fixed : parameters, with bounds or values; design : of the plan, in words.
     runs : of the plan, at most; core_hours : of plan, verification and validation; budget : as it
         was given.
@@ -57,6 +60,7 @@ class Begun:
     vessels: dict[str, Vessel]
     steps: dict[str, str]
     lost: dict[str, str]
+    held_out: tuple[str, ...]
     calibrated: dict[str, tuple[float, float]]
     fixed: dict[str, float]
     design: str
@@ -82,6 +86,8 @@ class Begun:
             )
         said += [f"  {key}: {words}" for key, words in self.steps.items()]
         said += [f"  {key} is left out: {words}" for key, words in self.lost.items()]
+        if self.held_out:
+            said.append(f"  held out, to test the answer: {', '.join(self.held_out)}")
         open_ones = ", ".join(
             f"{n} {low:g} to {high:g}" for n, (low, high) in self.calibrated.items()
         )
@@ -128,13 +134,14 @@ def init(answers: Answers, folder: Path = Path()) -> Begun:
     Raises CalibratorError where files of these names are there, where the budget pays for no plan
     at all, and for a case that could not be run.
     """
-    paths = [folder / f"{answers.name}.toml", folder / f"{answers.name}_lab.csv"]
+    paths = list(_paths(answers, folder))
     for path in paths:
         if path.exists() or path.is_symlink():
             raise CalibratorError(
                 f"{path} is there already, and is not overwritten: delete it, give another name, or"
                 " another folder with --out"
             )
+    _require_possible_vessels(answers)
     with tempfile.TemporaryDirectory() as place:
         sized, own = _fitted(answers, Path(place))
         texts = [path.read_text() for path in _paths(answers, Path(place))]
@@ -143,6 +150,15 @@ def init(answers: Answers, folder: Path = Path()) -> Begun:
     for path, text in zip(paths[::-1], texts[::-1], strict=True):
         write_text(path, text)
     return _begun(answers, sized, own, paths)
+
+
+def _require_possible_vessels(answers: Answers) -> None:
+    """Raise CalibratorError for a vessel of the laboratory that the scripts would refuse."""
+    mistakes = Mistakes()
+    for setup in answers.vessels:
+        p = numbers(Request.of(setup, **laboratory(answers, setup), seed=1))
+        mistakes.note(f"{setup}: {words}" for words in impossible(setup, p))
+    mistakes.raise_any()
 
 
 def _paths(answers: Answers, folder: Path) -> tuple[Path, Path]:
@@ -159,12 +175,11 @@ def _fitted(answers: Answers, place: Path) -> tuple[Sized, Draft]:
         if not own.targets:
             reasons = "; ".join(f"{key}: {why}" for key, why in own.lost.items())
             raise CalibratorError(
-                f"nothing that was measured can be calibrated on in a vessel that budget ="
-                f" {answers.budget:g} pays for ({reasons or 'all rows are held out'}): raise the"
-                " budget, measure in a smaller vessel, or measure an angle or a rate as well"
+                f"nothing is left to calibrate on ({reasons or 'all rows are held out'}): measure"
+                " an angle, a density or a rate as well"
             )
         if keep and own.lost:
-            raise CalibratorError("something is lost")
+            raise CalibratorError("some of what was measured says nothing")
         design = design_of(kind, len(own.bounds), own.experiments)
         write_text(lab, lab_text(answers, own))
         write_text(path, case_text(answers, own, design))
@@ -197,6 +212,7 @@ def _begun(answers: Answers, sized: Sized, own: Draft, paths: list[Path]) -> Beg
         },
         steps={k: _step(answers, k, own) for k, s in own.steps.items() if s.words},
         lost=own.lost,
+        held_out=tuple(r.key for r in own.rows if r.role == "held_out"),
         calibrated=own.bounds,
         fixed=own.fixed,
         design=words[plan.design],

@@ -101,6 +101,44 @@ def test_the_equivalent_angle_is_fitted_and_the_line_through_the_same_heap_held_
     }
 
 
+def test_a_set_up_is_held_out_where_the_others_have_enough(tmp_path):
+    more = {"bulk_density": "2.31; 2.33 g/cm3", "mass_flow_rate": "0.60; 0.63; 0.62 kg/s"}
+    heap = {
+        "cylinder_diameter": "150 mm",
+        "fill_height": "150 mm",
+        "measured": {"pile_angle_of_repose_deg": "35; 36 deg"},
+    }
+    flow = ORE["hourglass"] | {"measured": more}
+    table = {**ORE, "hourglass": flow, "conical_pile": heap, "budget": 8}
+    begun = init(answers_of(table), tmp_path)
+    case = read_case(begun.case)
+    assert set(begun.held_out) == {t.key for t in case.problem.held_out}
+    assert {t.setup for t in case.problem.held_out} == {"conical_pile"}
+    assert len(case.problem.targets) >= 3
+
+
+@pytest.mark.parametrize(
+    ("vessel", "said"),
+    [
+        ({"neck_diameter": "3 mm"}, "below a grain diameter"),
+        ({"neck_diameter": "300 mm"}, "smaller than cylinder_diameter"),
+    ],
+)
+def test_a_vessel_that_cannot_be_is_refused_before_it_is_sized(vessel, said, tmp_path):
+    flow = ORE["hourglass"] | vessel
+    with pytest.raises(CalibratorError, match=said):
+        init(answers_of({**ORE, "hourglass": flow}), tmp_path)
+
+
+def test_what_says_nothing_of_smaller_vessels_is_said_where_the_budget_is_too_small(tmp_path):
+    flow = ORE["hourglass"] | {"measured": {"drained_angle_of_repose_deg": "33; 34 deg"}}
+    only = {k: v for k, v in ORE.items() if k != "ledge"}
+    with pytest.raises(
+        CalibratorError, match=r"more than budget.*crater of few grains"
+    ):
+        init(answers_of({**only, "hourglass": flow, "budget": 0.5}), tmp_path)
+
+
 def test_the_command_takes_a_file_and_options_and_prints_json(tmp_path, capsys):
     path = tmp_path / "answers.toml"
     path.write_text('name = "sand"\nshape = "rounded"\ngrain_diameter = "1 mm"\n')
