@@ -8,6 +8,7 @@ from calibrator.diagnosis.experiments import unmeasured
 from calibrator.errors import Mistakes
 from calibrator.foresight.implausible import doubts, odd_materials
 from calibrator.foresight.impossible import require_possible
+from calibrator.foresight.smallest import small_vessels
 from calibrator.foresight.steps import step_doubts
 from calibrator.foresight.values import Resolved, resolved, table
 from calibrator.plan.requests import plan_requests
@@ -57,7 +58,8 @@ def check_case(space: Workspace) -> Checked:
         lacks = examine(space.path, space.engine, case.run.yade).warnings()
     mistakes.raise_any()
     requests = plan_requests(case)
-    warnings = [*doubts(case, values), *step_doubts(case, values), *unmeasured(case), *lacks]
+    warnings = [*doubts(case, values), *small_vessels(case, values), *step_doubts(case, values)]
+    warnings += [*unmeasured(case), *lacks]
     if dear := beyond(space, requests):
         warnings.append(f"`run` will refuse: {dear}")
     targets = tuple(t.key for t in case.problem.targets)

@@ -231,12 +231,8 @@ def _impossible_hourglass(p: Numbers) -> list[str]:
 
 
 def _doubtful_hourglass(p: Numbers) -> list[Doubt]:
-    """A neck that clogs, and a fill that is gone before it flows steadily."""
+    """A discharge that is given up, and a fill that is gone before it flows steadily."""
     neck, found = p["neck_diameter"], []
-    ratio = neck / (2 * p["particle_radius"])
-    if ratio < 6 * (1 - 1e-9):
-        words = f"the neck is {ratio:.1f} grain diameters wide: grains clog often below 6; widen it"
-        found.append(Doubt("neck", -ratio, f"{words} or expect clogged runs"))
     if (seconds := _discharge(p)) > p["longest_time"]:
         found.append(
             Doubt(

@@ -12,19 +12,20 @@ GIVEN = (
     """[fixed]
 particle_radius = 1e-3
 particle_density = 2650.0
+restitution = 0.8
 [setups.hourglass]
-fill_mass = 16e-3
+fill_mass = 20e-3
 cylinder_diameter = 30e-3
-neck_diameter = 14e-3
+neck_diameter = 16e-3
 [setups.ledge]
 box_length = 30e-3
 box_width = 12e-3
 fill_height = 20e-3
 [setups.conical_pile]
-cylinder_diameter = 24e-3
-fill_height = 20e-3
-lift_speed = 40e-3
-lift_height = 15e-3
+cylinder_diameter = 34e-3
+fill_height = 29e-3
+lift_speed = 5e-3
+lift_height = 22e-3
 [run]""",
 )
 

@@ -18,9 +18,9 @@ ON_THE_LEDGE = LAB.replace("deg,held_out", "deg,calibrate", 1)
     ("old", "new", "why"),
     [
         ("box_width = 12e-3", "box_width = 5e-3", "ledge: box_width must be at least three grain"),
-        ("neck_diameter = 14e-3", "neck_diameter = 1.9e-3", "neck_diameter is below a grain"),
-        ("neck_diameter = 14e-3", "neck_diameter = 28e-3", "must be smaller than cylinder_diam"),
-        ("cylinder_diameter = 24e-3", "cylinder_diameter = 2e-3", "conical_pile: no grain fits"),
+        ("neck_diameter = 16e-3", "neck_diameter = 1.9e-3", "neck_diameter is below a grain"),
+        ("neck_diameter = 16e-3", "neck_diameter = 28e-3", "must be smaller than cylinder_diam"),
+        ("cylinder_diameter = 34e-3", "cylinder_diameter = 2e-3", "conical_pile: no grain fits"),
         ("box_length = 30e-3", "box_length = 2e-3", "ledge: no grain fits into the vessel"),
         ("sets = 14", "sets = 3", "was measured at 3 distinct points: give at least 5 for 3"),
         ("[run]", '[interpolation]\nmethod = "multilinear"\n[run]', "needs a full grid"),
@@ -45,7 +45,7 @@ def test_every_corner_of_the_box_is_looked_at(checked):
     radius = ("[fixed]\nparticle_radius = 1e-3", "[parameters.particle_radius]\nlow = 0.2e-3\n"
               "high = 2.5e-3\n[fixed]")  # fmt: skip
     with pytest.raises(CalibratorError) as caught:
-        checked(radius, ("neck_diameter = 14e-3", "neck_diameter = 4e-3"))
+        checked(radius, ("neck_diameter = 16e-3", "neck_diameter = 4e-3"))
     assert "2 mistakes:" in str(caught.value)
     assert "hourglass at particle_radius = 0.0025: neck_diameter is below" in str(caught.value)
     assert "ledge at particle_radius = 0.0025: box_width must be at least" in str(caught.value)
@@ -62,7 +62,7 @@ def test_a_set_up_that_takes_none_of_the_parameters_cannot_be_calibrated_on(writ
     ]
     modulus = "[parameters.young_modulus]\nlow = 0.5e6\nhigh = 4e6\nsamples = 2"
     with pytest.raises(CalibratorError, match="ledge has none of the calibrated parameters"):
-        checked(*changes, (modulus, neck), ("neck_diameter = 14e-3\n", ""), lab=ON_THE_LEDGE)
+        checked(*changes, (modulus, neck), ("neck_diameter = 16e-3\n", ""), lab=ON_THE_LEDGE)
 
 
 def test_a_grid_that_similarity_spoils_is_refused(checked):
@@ -101,7 +101,7 @@ def test_everything_that_cannot_work_is_said_at_once(checked):
     with pytest.raises(CalibratorError) as caught:
         checked(
             ("box_width = 12e-3", "box_width = 5e-3"),
-            ("neck_diameter = 14e-3", "neck_diameter = 1.9e-3"),
+            ("neck_diameter = 16e-3", "neck_diameter = 1.9e-3"),
             ("sets = 14", "sets = 3"),
             ("[verify]", "[validate]\nseed = 500000\n[verify]"),
             lab=LAB.replace("1605.6", "2700"),
