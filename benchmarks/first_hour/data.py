@@ -35,8 +35,8 @@ VESSELS = {
     "conical_pile": {
         "cylinder_diameter": 0.09,
         "fill_height": 0.09,
-        "lift_speed": 0.06,
-        "lift_height": 0.08,
+        "lift_speed": 0.02,
+        "lift_height": 0.06,
     },
 }
 FIRST_SEED, REPEATS = 880_001, 3

@@ -8,11 +8,12 @@ BEADS = """name = "glass_beads"
 shape = "spheres"
 grain_diameter = "2 mm"
 particle_density = "2.5 g/cm3"
-budget = 1
+budget = 2.5
 
 [conical_pile]
 cylinder_diameter = "50 mm"
 fill_height = "60 mm"
+lift_speed = "6 mm/s"
 
 [conical_pile.measured]
 pile_equivalent_angle_deg = "22.1; 23.0; 22.6 deg"
@@ -24,7 +25,7 @@ ORE = """name = "crushed_ore"
 shape = "angular"
 grain_diameter = "4-6 mm"
 particle_density = "4.2 g/cm3"
-budget = 1.5
+budget = 3
 lab = "ore_lab.csv"
 
 [hourglass]
@@ -35,8 +36,8 @@ fill_mass = "2 kg"
 [conical_pile]
 cylinder_diameter = "90 mm"
 fill_height = "90 mm"
-lift_speed = "60 mm/s"
-lift_height = "80 mm"
+lift_speed = "20 mm/s"
+lift_height = "60 mm"
 """
 
 LOGS = ("scale_1.csv", "scale_2.csv", "scale_3.csv")

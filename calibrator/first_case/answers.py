@@ -13,6 +13,7 @@ import numpy as np
 
 from calibrator.case.codec import Table
 from calibrator.case.lab import Observable, read_lab
+from calibrator.case.physics import GRAVITY
 from calibrator.case.values import known
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, shown
@@ -29,7 +30,8 @@ from calibrator.first_case.quantities import (
     sizes_of,
     speed_of,
 )
-from calibrator.first_case.vessels import LEDGE_WIDTH
+from calibrator.first_case.vessels import LEDGE_WIDTH, clear_height
+from calibrator.foresight.smallest import LEAST
 from calibrator.laboratory.rows import LESSER
 
 KEYS = {
@@ -56,8 +58,6 @@ FURTHER = {"hourglass": (), "ledge": ("box_width",), "conical_pile": ("lift_spee
 """What may be."""
 EVEN_SPREAD = 0.03
 """Coefficient of variation below which grains count as of one size."""
-LIFT = 0.08
-"""Speed over sqrt(g D) at which a cylinder is lifted where nothing is said: quasi-static."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,13 +251,17 @@ def _assume(reader: Reader, setup: str, vessel: dict[str, float], grain: float) 
         vessel["box_width"] = LEDGE_WIDTH * grain
         reader.assumed.append(f"box_width = {vessel['box_width']:g} m, without side walls")
     if setup == "conical_pile":
-        width = vessel["cylinder_diameter"]
         if "lift_speed" not in vessel:
-            vessel["lift_speed"] = float(f"{LIFT * math.sqrt(9.81 * width):.2g}")
-            reader.assumed.append(f"lift_speed = {vessel['lift_speed']:g} m/s, slow enough to rest")
+            vessel["lift_speed"] = float(f"{LEAST['lift'].least * math.sqrt(GRAVITY * grain):.2g}")
+            reader.assumed.append(
+                f"lift_speed = {vessel['lift_speed']:g} m/s, slow; measure yours: a faster lift"
+                " makes a flatter heap"
+            )
         if "lift_height" not in vessel:
-            vessel["lift_height"] = float(f"{max(0.75 * vessel['fill_height'], 3 * grain):.3g}")
-            reader.assumed.append(f"lift_height = {vessel['lift_height']:g} m")
+            vessel["lift_height"] = float(f"{clear_height(vessel, grain):.3g}")
+            reader.assumed.append(
+                f"lift_height = {vessel['lift_height']:g} m, clear of any heap of that fill"
+            )
 
 
 def _no_set_up_without_rows(vessels: Table, rows: list[Observable]) -> None:

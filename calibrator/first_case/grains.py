@@ -38,6 +38,10 @@ is said to be so by `calibrate`. Rolling friction stands for shape (J. Ai et al.
 206 (2011) 269), so that balls have little and broken grains much of it.
 """
 
+SHOW_SLIDING = {"bulk_density", "mass_flow_rate", "emptying_time"}
+"""Responses that sliding friction moves by more than their runs scatter, angles of rough grains are
+not among them (docs/own_measurement.md, which response shows which friction).
+"""
 SOFTNESS = 1e-4
 """Pressure at the bottom over Young's modulus. Grains then overlap by 0.2 % at the bottom, the
 two thirds power of it after Hertz, and a bed is denser by about as much: with 3e-4 instead of 7e-5
@@ -67,14 +71,15 @@ def open_parameters(
     """Bounds of the parameters to calibrate, and values of those that are fixed.
 
     No more are open than there are independent targets; targets : responses that are calibrated on.
-    Rolling friction comes first where grains are no balls, sliding friction where they are; then
-    the other of them; then an effective density, where grains that are no spheres have a bulk
-    density to meet; then Young's modulus, which that density limits from below.
+    Rolling friction comes first, which every angle and rate shows; then sliding friction, where a
+    rate or a density is there to show it; then an effective density, where grains that are no
+    spheres have a bulk density to meet; then Young's modulus, which that density limits from below.
     """
     own = SHAPES[shape]
     frictions = {"rolling_friction": own.rolling, "sliding_friction": own.sliding}
-    names = list(frictions) if shape != "spheres" else list(frictions)[::-1]
-    wanted = {n: frictions[n] for n in names}
+    wanted = {"rolling_friction": own.rolling}
+    if SHOW_SLIDING & set(targets):
+        wanted["sliding_friction"] = own.sliding
     if "bulk_density" in targets:
         width = WIDTH_OF_DENSITY * density
         if shape != "spheres":

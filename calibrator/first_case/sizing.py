@@ -88,13 +88,17 @@ def fit(build: Build, budget: float) -> Sized:
 
 
 def _trials() -> Iterator[tuple[float, str, bool]]:
-    """What is tried, in order: all that was measured, in wide vessels with either design, ..."""
+    """What is tried, in order.
+
+    All that was measured, in wide vessels, with either design; then in narrow ones, where fewer
+    runs come before a narrower vessel; then the same without what such vessels say nothing of.
+    """
     wide = [a for a in ACROSS if a >= GOOD]
     narrow = [a for a in ACROSS if a < GOOD]
+    kinds = ("sobol", "adaptive")
     for keep in (True, False):
-        for some in (wide, narrow):
-            for kind in ("sobol", "adaptive"):
-                yield from ((a, kind, keep) for a in some)
+        yield from ((a, kind, keep) for kind in kinds for a in wide)
+        yield from ((a, kind, keep) for a in narrow for kind in kinds)
 
 
 def forecast(case: Case) -> float:

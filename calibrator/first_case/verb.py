@@ -18,6 +18,8 @@ from calibrator.first_case.sizing import Sized, design_of, fit, grains_of, per_r
 from calibrator.first_case.vessels import across
 from calibrator.foresight.implausible import doubts
 from calibrator.foresight.impossible import require_possible
+from calibrator.foresight.smallest import small_vessels
+from calibrator.foresight.steps import step_doubts
 from calibrator.foresight.values import resolved
 from calibrator.runs.request import Request
 from calibrator.runs.setups import impossible, numbers
@@ -224,8 +226,14 @@ def _begun(answers: Answers, sized: Sized, own: Draft, paths: list[Path]) -> Beg
         factors_with=factors(own.targets, own.bounds, {more[0]: more[2]}) if more else {},
         converted=answers.converted,
         assumed=answers.assumed,
-        doubts=tuple(doubts(case, resolved(case))),
+        doubts=tuple(_doubts(case)),
     )
+
+
+def _doubts(case: Case) -> list[str]:
+    """What `check` will warn of, as far as no run has been made and no machine looked at."""
+    values = resolved(case)
+    return [*doubts(case, values), *small_vessels(case, values), *step_doubts(case, values)]
 
 
 def _step(answers: Answers, key: str, own: Draft) -> str:

@@ -62,7 +62,7 @@ def test_no_more_parameters_are_open_than_there_are_targets():
     for shape in SHAPES:
         for targets in (["bulk_density"], ["bulk_density", "a"], ["bulk_density", "a", "b"], ["a"]):
             bounds, fixed = open_parameters(shape, targets, 2500.0, 5e6)
-            assert len(bounds) <= len(targets)
+            assert 1 <= len(bounds) <= len(targets)
             assert not bounds.keys() & fixed.keys()
             assert {
                 "rolling_friction",

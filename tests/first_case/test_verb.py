@@ -133,9 +133,7 @@ def test_a_vessel_that_cannot_be_is_refused_before_it_is_sized(vessel, said, tmp
 def test_what_says_nothing_of_smaller_vessels_is_said_where_the_budget_is_too_small(tmp_path):
     flow = ORE["hourglass"] | {"measured": {"drained_angle_of_repose_deg": "33; 34 deg"}}
     only = {k: v for k, v in ORE.items() if k != "ledge"}
-    with pytest.raises(
-        CalibratorError, match=r"more than budget.*crater of few grains"
-    ):
+    with pytest.raises(CalibratorError, match=r"more than budget.*crater of few grains"):
         init(answers_of({**only, "hourglass": flow, "budget": 0.5}), tmp_path)
 
 

@@ -22,7 +22,7 @@ HEAP = {
     "cylinder_diameter": 0.1,
     "fill_height": 0.12,
     "lift_speed": 0.08,
-    "lift_height": 0.1,
+    "lift_height": 0.05,
     **GRAINS,
 }
 FLOW = {"cylinder_diameter": 0.2, "neck_diameter": 0.03, "fill_mass": 8.0, **GRAINS}
@@ -40,6 +40,15 @@ def test_a_heap_shrinks_in_proportion_and_is_lifted_at_the_same_froude_number():
     assert new["fill_height"] / new["cylinder_diameter"] == pytest.approx(1.2, rel=1e-3)
     ratio = new["lift_speed"] ** 2 / new["cylinder_diameter"]
     assert ratio == pytest.approx(0.08**2 / 0.1, rel=1e-2)
+
+
+def test_a_cylinder_is_lifted_no_higher_than_clear_of_the_heap():
+    high = {**HEAP, "lift_height": 0.5}
+    new = smaller("conical_pile", high, 60.0, [])
+    volume = math.pi / 4 * 0.1**2 * 0.12
+    steepest = (3 * volume / math.pi) ** (1 / 3)  # of 45 degrees: as high as its radius
+    assert new["lift_height"] == pytest.approx(steepest - 0.05 + 3 * 2e-3, rel=1e-3)
+    assert {**new, "lift_height": 0.5} == high
 
 
 def test_a_neck_whose_rate_was_measured_keeps_its_width_and_its_free_surroundings():
