@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,9 +101,22 @@ class Begun:
             f" verification and validation, of {self.budget:g}"
         )
         said += [f"  {words}" for words in _forecast(self)]
-        said += [f"  converted: {words}" for words in self.converted]
+        said += [f"  converted: {words}" for words in _grouped(self.converted)]
         said += [f"  assumed: {words}" for words in self.assumed]
         return [*said, *(f"  warning: {words}" for words in self.doubts)]
+
+
+def _grouped(converted: Sequence[str]) -> list[str]:
+    """Conversions `what: how`, those of one kind in one line.
+
+    >>> _grouped(["a: mm to m (x 0.001)", "b: g to kg (x 0.001)", "c: mm to m (x 0.001)"])
+    ['a, c: mm to m (x 0.001)', 'b: g to kg (x 0.001)']
+    """
+    kinds: dict[str, list[str]] = {}
+    for words in converted:
+        what, _, how = words.partition(": ")
+        kinds.setdefault(how, []).append(what)
+    return [f"{', '.join(whats)}: {how}" for how, whats in kinds.items()]
 
 
 def _forecast(begun: Begun) -> list[str]:
