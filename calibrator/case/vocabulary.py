@@ -16,6 +16,8 @@ _CONTRACT = json.loads((SCRIPTS / "contract.json").read_text())
 SCHEMA: int = _CONTRACT["schema"]
 SETUPS: tuple[str, ...] = tuple(_CONTRACT["setups"])
 STATUSES: dict[str, str] = _CONTRACT["statuses"]
+PLAIN_UNITS = ("token", "integer", "sizes")
+"""Of parameters that are no quantities: words, whole numbers, lists of sizes."""
 DIAGNOSTICS: dict[str, str] = _CONTRACT["diagnostics"]
 
 
@@ -62,6 +64,11 @@ class Quantity:
     repeats: str | None = None
 
     @property
+    def excludes(self) -> tuple[str, ...]:
+        """Parameters that the scripts cannot combine it with; empty where it is no effect."""
+        return self.effect.excludes if self.effect else ()
+
+    @property
     def unmentioned(self) -> bool:
         """Whether a request leaves it out at its default."""
         return self.effect is not None or self.optional
@@ -70,7 +77,7 @@ class Quantity:
     def label(self) -> str:
         """Axis label: words, and the unit where there is one."""
         words = self.name.removesuffix("_deg").replace("_", " ")
-        return words if self.unit in ("1", "token", "integer") else f"{words} [{self.unit}]"
+        return words if self.unit in ("1", *PLAIN_UNITS) else f"{words} [{self.unit}]"
 
 
 def _read(section: str) -> dict[str, Quantity]:
