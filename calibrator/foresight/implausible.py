@@ -17,6 +17,7 @@ from calibrator.responses.targets import repeats, ruling
 from calibrator.runs import setups
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.request import Request
+from calibrator.runs.setup import Doubt
 
 PERCENT_TOLERANCE = 0.5
 """A tolerance from here on is hardly meant as a share."""
@@ -110,7 +111,7 @@ def _of_numbers(case: Case) -> list[str]:
 
 def _of_geometry(experiment: str, values: Values) -> list[str]:
     """The worst doubt of each kind over the corners of the box."""
-    setup, worst = parts_of(experiment)[0], dict[str, setups.Doubt]()
+    setup, worst = parts_of(experiment)[0], dict[str, Doubt]()
     for p in corners(setup, values):
         for doubt in setups.doubts(setup, p):
             if doubt.kind not in worst or doubt.badness > worst[doubt.kind].badness:
