@@ -36,6 +36,7 @@ from scenes_effects import (
     falling_askew,
     falling_from_a_shaken_hand,
     friction_at,
+    given_sizes,
     hanging,
     pull_off,
     sized_caps,
@@ -108,7 +109,8 @@ def steps_of_damped_grains():
 
 
 def walls_that_turn():
-    """Those on a drum."""
+    """Those on a drum, and of grains of given sizes."""
+    yield given_sizes, ("0.8:1|1.0:2|1.4:1",)
     yield from ((on_a_turning_shell, pair) for pair in ((0.6, 0.0), (0.6, 0.2), (0.2, 0.6)))
     yield from ((on_a_turning_face, (how,)) for how in ("stuck", "rolling", "slipping"))
 
