@@ -46,12 +46,12 @@ SIZES = re.compile(r"%s:%s(?:\|%s:%s){0,49}" % ((_NUMBER,) * 4), re.ASCII)
 
 
 def checked_sizes(name: str, value: Any) -> str:
-    """A size distribution, "" where grains have one size, without its blanks.
+    """A size distribution, "" where grains have one size.
 
     Positive diameters that rise within a factor of ten, and positive shares of the number; else
     CalibratorError.
     """
-    text = "".join(value.split()) if isinstance(value, str) else ""
+    text = value if isinstance(value, str) else ""
     if value == "":
         return ""
     if SIZES.fullmatch(text):

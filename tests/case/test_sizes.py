@@ -14,8 +14,8 @@ NAME = "size_distribution"
 GOOD = ["", "1:1", "1.05:0.2|1.1:0.5|1.2:0.3", "1.05e-3:2|1.1e-3:7", "1:0.5|10:0.5"]
 BAD = [
     "1", "1:", ":1", "1:1|", "|1:1", "1:1,2:1", "1:0", "0:1", "1:1|1:1", "2:1|1:1", "1:1|11:1",
-    "1:-1", "-1:1", "nan:1", "1:inf", "1:1e999", "1 : 1; import os", "__import__('os'):1", 1.0,
-    None, True, [], "|".join(f"1.{i:02d}:1" for i in range(51)),
+    "1:-1", "-1:1", "nan:1", "1:inf", "1:1e999", "1 : 1", "1:1;import os", "__import__('os'):1",
+    1.0, None, True, [], "|".join(f"1.{i:02d}:1" for i in range(51)),
 ]  # fmt: skip
 
 
@@ -32,10 +32,6 @@ def test_what_is_no_distribution_is_refused_on_both_sides(value):
         checked_value(NAME, value)
     with pytest.raises(contract.BadInput, match="give up to 50 rising diameters"):
         contract.checked("ledge", {NAME: value})
-
-
-def test_blanks_in_a_case_make_no_other_run():
-    assert checked_value(NAME, "1 : 0.5 | 2 : 0.5") == "1:0.5|2:0.5"
 
 
 def test_a_run_of_one_size_is_the_run_that_it_was():
