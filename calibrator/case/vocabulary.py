@@ -45,9 +45,10 @@ class Quantity:
 
     default and choices are None for responses (choices also for numbers); low and high of a
     response are what is physically possible, None where nothing bounds it; repeats names the
-    response of the same run that it is a function of; effect is None for all that is not the switch
-    of one. A request does not mention an effect, or an optional parameter, that is at its default,
-    so that it stays the same run when such are added.
+    response of the same run that it is a function of; procedure : whether it says how a run is
+    made, and nothing of a vessel, although not every set-up has it; effect is None for all that is
+    not the switch of one. A request does not mention an effect, or an optional parameter, that is
+    at its default, so that it stays the same run when such are added.
     """
 
     name: str
@@ -61,7 +62,13 @@ class Quantity:
     choices: tuple[str, ...] | None = None
     effect: Effect | None = None
     optional: bool = False
+    procedure: bool = False
     repeats: str | None = None
+
+    @property
+    def of_a_vessel(self) -> bool:
+        """Whether it is a measure of one set-up's vessel, for which no default can stand."""
+        return len(self.setups) < len(SETUPS) and not self.procedure
 
     @property
     def excludes(self) -> tuple[str, ...]:

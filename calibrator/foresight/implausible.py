@@ -231,11 +231,7 @@ def _unused(case: Case, values: dict[str, Values]) -> list[str]:
         if name not in takers and name not in EFFECTS and not PARAMETERS[name].optional
     ]
     for experiment, own in values.items():
-        lengths = [
-            n
-            for n, r in own.items()
-            if r.source == DEFAULT and len(PARAMETERS[n].setups) < len(_common())
-        ]
+        lengths = [n for n, r in own.items() if r.source == DEFAULT and PARAMETERS[n].of_a_vessel]
         if lengths and experiment in SETUPS:
             given = ", ".join(f"{n} = {own[n]}" for n in lengths)
             found.append(
@@ -250,8 +246,3 @@ def _unused(case: Case, values: dict[str, Values]) -> list[str]:
                 " write it under [fixed]"
             )
     return found
-
-
-def _common() -> tuple[str, ...]:
-    """All set-ups: a parameter that not all of them take belongs to a vessel."""
-    return PARAMETERS["particle_radius"].setups

@@ -96,8 +96,7 @@ def experiments():
     yield sizes, (0.25,)
     yield settled_layer, ()
     yield from ((lost_grain, (speed,)) for speed in (0.0, 0.1))
-    yield from steps_of_damped_grains()
-    yield from walls_that_turn()
+    yield from (*steps_of_damped_grains(), *walls_that_turn())
 
 
 def steps_of_damped_grains():
