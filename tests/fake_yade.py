@@ -52,6 +52,9 @@ def responses_of(setup: str, p: dict) -> dict[str, float]:
             "ledge_equivalent_angle_deg": 0.8 * angle,
             "ledge_curvature": -20 - 10 * rolling,
         }
+    if setup == "rotating_drum":
+        steeper = 0.9 * angle + 0.1 * p["rotation_rpm"]
+        return {"drum_angle_deg": steeper, "drum_filled_share": 0.5 + 0.05 * sliding}
     heap = 0.5 * angle + 5 * sticky
     return {
         "bulk_density": density,

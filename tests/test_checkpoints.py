@@ -14,6 +14,7 @@ from calibrator.runs.local import clean_environment
 from calibrator.runs.record import read_record
 from calibrator.runs.request import Request, write_table
 from tests.test_real_yade import SMALL
+from tests.test_rotating_drum import SMALL as DRUM
 
 pytestmark = pytest.mark.yade
 EVERY = 3e5  # particle-steps: a second of these runs
@@ -32,6 +33,8 @@ def scripts(tmp_path_factory):
 
 
 def request_of(setup, **more):
+    if setup == "rotating_drum":
+        return Request.of(setup, **{**DRUM, **more})
     return Request.of(setup, **{**SMALL[setup], "young_modulus": 2e7, **more})
 
 
@@ -86,6 +89,7 @@ def assert_same(one, other):
         ("hourglass", {"bed_viscosity": 0.01, "shaking": 0.2, "shaking_time": 0.2}),
         ("ledge", {"size_spread": 0.2}),
         ("conical_pile", {"clump_aspect": 1.4, "bond_number": 0.2}),
+        ("rotating_drum", {"size_distribution": "0.9:0.5|1.1:0.5", "face_friction_ratio": 0.5}),
     ],
 )
 def test_a_run_that_was_killed_twice_is_the_undisturbed_one_bit_for_bit(

@@ -8,6 +8,7 @@ import hashlib
 import json
 import math
 import os
+import re
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -65,7 +66,32 @@ def _plain(value):
     )
 
 
+def _checked_sizes(name, value):
+    """The text of a size distribution: positive diameters that rise, and positive shares."""
+    number = r"[0-9]{1,12}(?:\.[0-9]{1,12})?(?:e-?[0-9]{1,2})?"
+    if (
+        value == ""
+        or isinstance(value, str)
+        and re.fullmatch(r"%s:%s(\|%s:%s){0,49}" % ((number,) * 4), value, re.ASCII)
+    ):
+        sizes = [[float(n) for n in part.split(":")] for part in value.split("|") if part]
+        diameters = [d for d, _ in sizes]
+        if not sizes or (
+            diameters == sorted(set(diameters))
+            and diameters[-1] <= 10 * diameters[0]
+            and min(share for _, share in sizes) > 0
+            and 0 < diameters[0] < math.inf
+        ):
+            return value
+    raise BadInput(
+        "%s = %s: give up to 50 rising diameters within a factor of ten, each with its share of the"
+        " number, such as 1.05:0.2|1.1:0.5|1.2:0.3" % (name, str(_plain(value))[:80])
+    )
+
+
 def _checked_value(name, spec, value):
+    if spec["unit"] == "sizes":
+        return _checked_sizes(name, value)
     if "choices" in spec:
         if value not in spec["choices"]:
             raise BadInput(

@@ -54,7 +54,7 @@ def add(p, centres, grain, rng):
         return _launched(p, _add_clumps(p, centres, grain, rng), rng)
     radii, sizes = material.size_classes(p), [0] * len(centres)
     if len(radii) > 1:
-        sizes = rng.permutation(len(centres)) % len(radii)
+        sizes = _drawn(rng.permutation(len(centres)), material.size_shares(p))
     ids = O.bodies.append(
         [
             utils.sphere(tuple(c), radii[s], material=grain)
@@ -66,6 +66,14 @@ def add(p, centres, grain, rng):
             {i: (radii[s], O.bodies[i].state.mass) for i, s in zip(ids, sizes, strict=True)}
         )
     return _launched(p, ids, rng)
+
+
+def _drawn(order, shares):
+    """Which size each of the grains has, whose numbers (n,) stand in a random order."""
+    if len(set(shares)) == 1:
+        return order % len(shares)
+    ends = np.cumsum(shares) / sum(shares) * len(order)
+    return np.minimum(np.searchsorted(ends, order + 0.5), len(shares) - 1)
 
 
 def _add_clumps(p, centres, grain, rng):

@@ -47,17 +47,33 @@ def grain_mass(p):
     return 4 / 3 * math.pi * p["particle_radius"] ** 3 * p["particle_density"]
 
 
-def size_classes(p):
-    """Radii [m] of the equally frequent sizes of grains: one, or SIZE_CLASSES in equal steps.
+def size_list(text):
+    """Diameters and number shares (n, 2) of a size_distribution such as 1.05:0.2|1.1:0.8."""
+    return [[float(number) for number in part.split(":")] for part in text.split("|")]
 
-    The coefficient of variation of the steps is size_spread exactly.
+
+def size_classes(p):
+    """Radii [m] of the sizes of grains: one, the given ones, or SIZE_CLASSES in equal steps.
+
+    The given ones are scaled to a mean of particle_radius; the coefficient of variation of the
+    steps is size_spread exactly.
     """
-    spread = p["size_spread"]
+    spread, given = p["size_spread"], p.get("size_distribution")
+    if given:
+        sizes = size_list(given)
+        mean = sum(d * share for d, share in sizes) / sum(share for _, share in sizes)
+        return [p["particle_radius"] * d / mean for d, _ in sizes]
     if spread == 0:
         return [p["particle_radius"]]
     steps = [i - (SIZE_CLASSES - 1) / 2 for i in range(SIZE_CLASSES)]
     deviation = math.sqrt(sum(s * s for s in steps) / SIZE_CLASSES)
     return [p["particle_radius"] * (1 + spread * s / deviation) for s in steps]
+
+
+def size_shares(p):
+    """How frequent each of those sizes is, their sum being anything."""
+    given = p.get("size_distribution")
+    return [share for _, share in size_list(given)] if given else [1] * len(size_classes(p))
 
 
 def clump_radius(p):
@@ -104,6 +120,10 @@ def mean_grain_mass(p):
 
     The mean of (1 + cv z)^3 over sizes z symmetric about 0 with variance 1 is 1 + 3 cv^2.
     """
+    if p.get("size_distribution"):
+        sizes = list(zip(size_classes(p), size_shares(p), strict=True))
+        cubes = sum(share * r**3 for r, share in sizes) / sum(share for _, share in sizes)
+        return 4 / 3 * math.pi * cubes * p["particle_density"]
     return grain_mass(p) * (1 + 3 * p["size_spread"] ** 2)
 
 

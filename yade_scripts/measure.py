@@ -24,7 +24,7 @@ def height_map(centres, radius, half_x, half_y, period_y=None):
     centres = np.asarray(centres, float).reshape(-1, 3)
     radii = np.broadcast_to(np.asarray(radius, float), len(centres))
     pixel = 2 * float(np.median(radii)) / PIXELS_PER_DIAMETER if len(centres) else half_x / 10
-    x, y = _pixel_centres(half_x, pixel), _pixel_centres(half_y, pixel)
+    x, y = pixel_centres(half_x, pixel), pixel_centres(half_y, pixel)
     height = np.zeros((len(x), len(y)))
     if period_y is not None and len(centres):
         reach = radii.max() * np.array([0.0, 1.0, 0.0])
@@ -41,7 +41,7 @@ def height_map(centres, radius, half_x, half_y, period_y=None):
     return x, y, height
 
 
-def _pixel_centres(half, pixel):
+def pixel_centres(half, pixel):
     count = max(4, int(np.ceil(2 * half / pixel)))
     edges = np.linspace(-half, half, count + 1)
     return 0.5 * (edges[1:] + edges[:-1])
@@ -257,3 +257,91 @@ def discharge_features(time, mass):
         rate_fluctuation=float(scatter / mass[-1]),
         emptying_time=float(time[np.searchsorted(share, 0.95)]),
     )
+
+
+DRUM_PARTS = {
+    "drum_angle_deg": (-0.5, 0.5),
+    "drum_central_angle_deg": (-0.2, 0.2),
+    "drum_upper_angle_deg": (-0.7, -0.3),
+    "drum_lower_angle_deg": (0.3, 0.7),
+}
+DRUM_HEIGHTS = {
+    "drum_height_upper_06": -0.6,
+    "drum_height_upper_03": -0.3,
+    "drum_height_centre": 0.0,
+    "drum_height_lower_03": 0.3,
+    "drum_height_lower_06": 0.6,
+}
+
+
+def falling_right(x, z):
+    """A profile (n,), seen from the side from which it falls towards +x."""
+    return (-x[::-1], z[::-1]) if np.polyfit(x, z, 1)[0] > 0 else (x, z)
+
+
+def drum_responses(x, z, drum):
+    """Responses of the surface in a rotating drum.
+
+    x, z : (n,) from the drum's axis, to the right and up, x rising, in the unit of its radius
+    `drum`; the surface falls to the right. Returns the responses, and the standard errors of the
+    fitted slopes [deg]; empty where the surface does not cross the drum.
+    """
+    inner = np.abs(x) < 0.7 * drum
+    if inner.sum() < 8 or x.min() > -0.5 * drum or x.max() < 0.5 * drum:
+        return {}, {}
+    found, errors = {}, {}
+    for name, (low, high) in DRUM_PARTS.items():
+        part = (x > low * drum) & (x < high * drum)
+        fit = fit_slope(x[part], z[part])
+        if fit is None:
+            return {}, {}
+        found[name], errors[name] = fit["angle"], fit["error"]
+    terms = np.polyfit(x[inner] / drum, z[inner] / drum, 3)
+    found.update({"drum_cubic_%d" % (3 - i): float(term) for i, term in enumerate(terms)})
+    heights = np.interp([share * drum for share in DRUM_HEIGHTS.values()], x, z) / drum
+    for (name, share), height in zip(DRUM_HEIGHTS.items(), heights, strict=True):
+        if x[0] <= share * drum <= x[-1]:
+            found[name] = float(height)
+    found["drum_filled_share"] = filled_share(x, z, drum)
+    return found, errors
+
+
+def filled_share(x, z, drum):
+    """Share of a drum's section below its surface (n,), which goes on straight to the shell."""
+    across = np.linspace(-drum, drum, 2001)
+    rim = np.sqrt(np.maximum(drum**2 - across**2, 0))
+    height = np.interp(across, x, z)
+    for end in (0, -1):
+        near = np.abs(x - x[end]) < 0.15 * drum
+        slope = np.polyfit(x[near], z[near], 1)[0] if near.sum() > 1 else 0.0
+        beyond = across < x[0] if end == 0 else across > x[-1]
+        height[beyond] = z[end] + slope * (across[beyond] - x[end])
+    filled = np.clip(height, -rim, rim) + rim
+    return float(filled.sum() / (2 * rim).sum())
+
+
+def drum_blur(outer, inner, drum, angle_deg):
+    """Thickness of a surface's blur, square to it, within half the radius.
+
+    outer, inner : the profiles (x, z) at which the time average shows grains 16 and 84 % of the
+    time; angle_deg : slope of the surface. None where one of the two is not there.
+    """
+    middle = np.linspace(-0.5 * drum, 0.5 * drum, 101)
+    if any(len(x) < 2 or x[0] > -0.5 * drum or x[-1] < 0.5 * drum for x, _ in (outer, inner)):
+        return None
+    apart = np.mean(np.interp(middle, *outer) - np.interp(middle, *inner))
+    return float(apart * np.cos(np.radians(angle_deg)))
+
+
+def steadiness(angles):
+    """Drift over a series (n,) of block means, its standard error, and that of their mean.
+
+    The drift is that of the line fitted to the series; the errors come from the scatter about the
+    line, so that a drift does not hide in the scatter that it makes.
+    """
+    angles = np.asarray(angles, float)
+    n = len(angles)
+    at = np.arange(n) - (n - 1) / 2
+    slope = float(at @ angles / (at @ at))
+    scatter = np.sqrt(np.sum((angles - angles.mean() - slope * at) ** 2) / max(n - 2, 1))
+    return slope * n, float(scatter * n / np.sqrt(at @ at)), float(scatter / np.sqrt(n))

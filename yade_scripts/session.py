@@ -174,7 +174,7 @@ def fill(p, ids, diagnostics):
 
     def settled():
         states = grains.states_of(ids)
-        stop.check_speed(states, _possible["speed"], O.dt, "filling")
+        check_speed(states, "filling")
         if any(state.pos[2] < lost for state in states):
             raise stop.NotSettled("filling: a grain has left the vessel: try another seed" + slower)
         return O.time > not_before and grains.kinetic_energy(p, states) < energy
@@ -205,6 +205,11 @@ def finish(p, ids, diagnostics, released, clock, reason):
     )
 
 
+def check_speed(states, what, more=0.0):
+    """Raise Unstable where a grain is too fast; more : speed [m/s] of what drives the grains."""
+    stop.check_speed(states, _possible["speed"] + more, O.dt, what)
+
+
 def at_rest(p, ids, states):
     """Whether the grains' mean translational kinetic energy is below the request's.
 
@@ -213,7 +218,7 @@ def at_rest(p, ids, states):
     circles with it. Nothing is at rest on a set-up that still vibrates.
     Raises Unstable where a grain is too fast.
     """
-    stop.check_speed(states, _possible["speed"], O.dt, "release")
+    check_speed(states, "release")
     if effects.shakes():
         return False
     energy, limit = grains.kinetic_energy(p, states), p["rest_kinetic_energy"]

@@ -3,7 +3,9 @@
 A polygon replaces each circle, sized so that its area is the circle's.
 """
 
-from yade import utils
+import math
+
+from yade import Ig2_Wall_Sphere_ScGeom, InteractionLoop, O, RotationEngine, utils
 
 import packing
 
@@ -36,6 +38,37 @@ def disk(radius, material):
     return [
         utils.facet([(0, 0, 0), ring[i - 1], ring[i]], material=material) for i in range(len(ring))
     ]
+
+
+def drum(radius, half, segments, material):
+    """Shell of a horizontal drum from y = -half to y = half [m]; its axis is at z = radius."""
+    lower, upper = (
+        [(x, y, z + radius) for x, z, y in packing.ring(radius, end, segments)]
+        for end in (-half, half)
+    )
+    return _between(lower, upper, material)
+
+
+def turn(ids, rpm, height):
+    """Let bodies turn as one about the axis that is parallel to y at a height [m].
+
+    They turn such that their lowest point moves towards -x, at that many turns a minute. YADE takes
+    the velocity of a spinning Wall at its contacts from a formula for two spheres, by which a wall
+    that turns about its own normal stands still, unless noRatch is off; a facet's is always that of
+    the rigid body (tests/physics/test_drum.py).
+    """
+    turning = RotationEngine(
+        ids=ids,
+        rotationAxis=(0, 1, 0),
+        angularVelocity=2 * math.pi * rpm / 60,
+        rotateAroundZero=True,
+        zeroPoint=(0, 0, height),
+    )
+    O.engines = [*O.engines[:-1], turning, O.engines[-1]]
+    contacts = next(e for e in O.engines if isinstance(e, InteractionLoop))
+    for functor in contacts.geomDispatcher.functors:
+        if isinstance(functor, Ig2_Wall_Sphere_ScGeom):
+            functor.noRatch = False
 
 
 def strips(corners, count, period, material):

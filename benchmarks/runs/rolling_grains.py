@@ -68,11 +68,13 @@ def sizes(p: dict, count: int) -> np.ndarray:
     return classes[order % len(classes)]
 
 
-def tube(radius: float, bottom: float, top: float, pieces: int = 6) -> list:
+def tube(
+    radius: float, bottom: float, top: float, pieces: int = 6, sides: int = packing.SEGMENTS
+) -> list:
     """Triangles of YADE's polygonal cylinder, cut so that none is too thin for LIGGGHTS."""
     found, heights = [], np.linspace(bottom, top, pieces + 1)
     for z0, z1 in itertools.pairwise(heights):
-        low, high = packing.ring(radius, z0), packing.ring(radius, z1)
+        low, high = packing.ring(radius, z0, sides), packing.ring(radius, z1, sides)
         for i in range(len(low)):
             a, b, c, d = low[i - 1], low[i], high[i], high[i - 1]
             found += [(a, b, c), (a, c, d)]

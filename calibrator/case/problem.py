@@ -14,7 +14,7 @@ import numpy as np
 from calibrator.case.constraints import Constraint, require_room
 from calibrator.case.experiment import Condition, experiment_name, ordered, parts_of
 from calibrator.case.values import LARGEST, SMALLEST, Value, checked_value, known
-from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
+from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
 WIDEST_LOG_SCALE = 1e12
@@ -44,7 +44,7 @@ class Parameter:
     def __post_init__(self) -> None:
         for bound in (self.low, self.high):
             checked_value(self.name, bound)
-        if PARAMETERS[self.name].unit in ("token", "integer"):
+        if PARAMETERS[self.name].unit in PLAIN_UNITS:
             raise CalibratorError(
                 f"{self.name} is not a number that can be calibrated: move it to [fixed]"
             )

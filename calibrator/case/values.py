@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -39,9 +40,37 @@ def is_number(value: Any) -> bool:
     )
 
 
+_NUMBER = r"[0-9]{1,12}(?:\.[0-9]{1,12})?(?:e-?[0-9]{1,2})?"
+SIZES = re.compile(r"%s:%s(?:\|%s:%s){0,49}" % ((_NUMBER,) * 4), re.ASCII)
+"""A size distribution as it stands in a table's cell, which YADE evaluates as Python."""
+
+
+def checked_sizes(name: str, value: Any) -> str:
+    """A size distribution, "" where grains have one size.
+
+    Positive diameters that rise within a factor of ten, and positive shares of the number; else
+    CalibratorError.
+    """
+    text = value if isinstance(value, str) else ""
+    if value == "":
+        return ""
+    if SIZES.fullmatch(text):
+        pairs = [[float(number) for number in part.split(":")] for part in text.split("|")]
+        diameters = [diameter for diameter, _ in pairs]
+        rising = diameters == sorted(set(diameters)) and diameters[-1] <= 10 * diameters[0]
+        if rising and 0 < diameters[0] < math.inf and min(share for _, share in pairs) > 0:
+            return text
+    raise CalibratorError(
+        f"{name} = {shown(value)}: give up to 50 rising diameters within a factor of ten, each with"
+        ' its share of the number, such as "1.05:0.2|1.1:0.5|1.2:0.3"'
+    )
+
+
 def checked_value(name: str, value: Any) -> Value:
     """A parameter value of the right type within the contract's range, else CalibratorError."""
     quantity = PARAMETERS[known(name, PARAMETERS, "parameter")]
+    if quantity.unit == "sizes":
+        return checked_sizes(name, value)
     if quantity.choices is not None:
         if value not in quantity.choices:
             raise CalibratorError(

@@ -16,6 +16,8 @@ _CONTRACT = json.loads((SCRIPTS / "contract.json").read_text())
 SCHEMA: int = _CONTRACT["schema"]
 SETUPS: tuple[str, ...] = tuple(_CONTRACT["setups"])
 STATUSES: dict[str, str] = _CONTRACT["statuses"]
+PLAIN_UNITS = ("token", "integer", "sizes")
+"""Of parameters that are no quantities: words, whole numbers, lists of sizes."""
 DIAGNOSTICS: dict[str, str] = _CONTRACT["diagnostics"]
 
 
@@ -43,9 +45,10 @@ class Quantity:
 
     default and choices are None for responses (choices also for numbers); low and high of a
     response are what is physically possible, None where nothing bounds it; repeats names the
-    response of the same run that it is a function of; effect is None for all that is not the switch
-    of one. A request does not mention an effect, or an optional parameter, that is at its default,
-    so that it stays the same run when such are added.
+    response of the same run that it is a function of; procedure : whether it says how a run is
+    made, and nothing of a vessel, although not every set-up has it; effect is None for all that is
+    not the switch of one. A request does not mention an effect, or an optional parameter, that is
+    at its default, so that it stays the same run when such are added.
     """
 
     name: str
@@ -59,7 +62,18 @@ class Quantity:
     choices: tuple[str, ...] | None = None
     effect: Effect | None = None
     optional: bool = False
+    procedure: bool = False
     repeats: str | None = None
+
+    @property
+    def of_a_vessel(self) -> bool:
+        """Whether it is a measure of one set-up's vessel, for which no default can stand."""
+        return len(self.setups) < len(SETUPS) and not self.procedure
+
+    @property
+    def excludes(self) -> tuple[str, ...]:
+        """Parameters that the scripts cannot combine it with; empty where it is no effect."""
+        return self.effect.excludes if self.effect else ()
 
     @property
     def unmentioned(self) -> bool:
@@ -70,7 +84,7 @@ class Quantity:
     def label(self) -> str:
         """Axis label: words, and the unit where there is one."""
         words = self.name.removesuffix("_deg").replace("_", " ")
-        return words if self.unit in ("1", "token", "integer") else f"{words} [{self.unit}]"
+        return words if self.unit in ("1", *PLAIN_UNITS) else f"{words} [{self.unit}]"
 
 
 def _read(section: str) -> dict[str, Quantity]:

@@ -16,7 +16,7 @@ from calibrator.case.case import Case
 from calibrator.case.experiment import ordered, parts_of
 from calibrator.case.lab import Observable
 from calibrator.case.values import Value
-from calibrator.case.vocabulary import EFFECTS, effect_of, parameters_of
+from calibrator.case.vocabulary import EFFECTS, PARAMETERS, effect_of, parameters_of
 from calibrator.diagnosis.explanations import LARGEST, Effect
 from calibrator.diagnosis.gap import FEWEST_DEGREES
 from calibrator.plan.design import cells
@@ -99,13 +99,14 @@ def not_looked_for(case: Case) -> dict[str, str]:
 
 
 def _switched_on(values: Mapping[str, Value]) -> list[str]:
-    """The effects among these values that are not at their default."""
-    return [n for n, v in values.items() if n in EFFECTS and v != EFFECTS[n].default]
+    """What may be off, and is not at its default."""
+    quantities = ((n, v, PARAMETERS[n]) for n, v in values.items() if n in PARAMETERS)
+    return [n for n, v, quantity in quantities if quantity.unmentioned and v != quantity.default]
 
 
 def never_together(one: str, other: str) -> bool:
-    """Whether the scripts cannot combine two effects."""
-    return one in effect_of(other).excludes or other in effect_of(one).excludes
+    """Whether the scripts cannot combine two effects, or an effect and an option."""
+    return one in PARAMETERS[other].excludes or other in PARAMETERS[one].excludes
 
 
 def experiments(case: Case, observables: Sequence[Observable]) -> list[Experiment]:

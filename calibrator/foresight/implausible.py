@@ -17,6 +17,7 @@ from calibrator.responses.targets import repeats, ruling
 from calibrator.runs import setups
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.request import Request
+from calibrator.runs.setup import Doubt
 
 PERCENT_TOLERANCE = 0.5
 """A tolerance from here on is hardly meant as a share."""
@@ -118,7 +119,7 @@ def _of_numbers(case: Case) -> list[str]:
 
 def _of_geometry(experiment: str, values: Values) -> list[str]:
     """The worst doubt of each kind over the corners of the box."""
-    setup, worst = parts_of(experiment)[0], dict[str, setups.Doubt]()
+    setup, worst = parts_of(experiment)[0], dict[str, Doubt]()
     for p in corners(setup, values):
         for doubt in setups.doubts(setup, p):
             if doubt.kind not in worst or doubt.badness > worst[doubt.kind].badness:
@@ -238,11 +239,7 @@ def _unused(case: Case, values: dict[str, Values]) -> list[str]:
         if name not in takers and name not in EFFECTS and not PARAMETERS[name].optional
     ]
     for experiment, own in values.items():
-        lengths = [
-            n
-            for n, r in own.items()
-            if r.source == DEFAULT and len(PARAMETERS[n].setups) < len(_common())
-        ]
+        lengths = [n for n, r in own.items() if r.source == DEFAULT and PARAMETERS[n].of_a_vessel]
         if lengths and experiment in SETUPS:
             given = ", ".join(f"{n} = {own[n]}" for n in lengths)
             found.append(
@@ -262,8 +259,3 @@ def _unused(case: Case, values: dict[str, Values]) -> list[str]:
             " stand 5 degrees steeper, and fillings are 3 % looser; write it under [fixed]"
         )
     return found
-
-
-def _common() -> tuple[str, ...]:
-    """All set-ups: a parameter that not all of them take belongs to a vessel."""
-    return PARAMETERS["particle_radius"].setups

@@ -42,9 +42,14 @@ def _geometry(experiment: str, values: Values) -> list[str]:
     """What the scripts refuse at any corner of the box; each reason once, at its first corner."""
     setup, found = parts_of(experiment)[0], dict[str, str]()
     moved = [n for n, r in values.items() if r.source == CALIBRATED and PARAMETERS[n].unit == "m"]
+    words = {
+        n
+        for n, r in values.items()
+        if isinstance(r.value, str) and r.value != PARAMETERS[n].default
+    }
     for p in corners(setup, values):
         place = ", ".join(f"{n} = {p[n]:g}" for n in moved)
-        for reason in setups.impossible(setup, p):
+        for reason in setups.impossible(setup, p, words):
             found.setdefault(reason, f"{experiment}{f' at {place}' if place else ''}: {reason}")
     return list(found.values())
 

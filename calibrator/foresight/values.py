@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from calibrator.case.case import Case
 from calibrator.case.experiment import experiment_name, ordered, parts_of
 from calibrator.case.values import Value
-from calibrator.case.vocabulary import PARAMETERS, parameters_of
+from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS, parameters_of
 from calibrator.diagnosis.experiments import wanted
 
 CALIBRATED, DEFAULT = "calibrated", "default"
@@ -35,7 +35,7 @@ class Resolved:
         return float(self.value), float(self.value)
 
     def __str__(self) -> str:
-        unit = "" if self.unit in ("1", "token", "integer") else f" {self.unit}"
+        unit = "" if self.unit in ("1", *PLAIN_UNITS) else f" {self.unit}"
         if isinstance(self.value, tuple):
             return f"{self.value[0]:g} to {self.value[1]:g}{unit}"
         return f"{self.value if isinstance(self.value, str) else f'{self.value:g}'}{unit}"

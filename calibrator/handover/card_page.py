@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from calibrator.case.vocabulary import PARAMETERS, RESPONSES
+from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS, RESPONSES
 from calibrator.handover.card import Card, CardValue, Compared, Member
 from calibrator.report.html import mark, note, page, paragraph, section, table
 from calibrator.report.words import in_unit, key_words, number, text, unit, with_error, words
@@ -51,7 +51,7 @@ def _values(card: Card) -> str:
 
 def _unit(value: CardValue) -> str:
     """The unit in brackets; a word has none."""
-    return "" if value.unit == "token" else in_unit(PARAMETERS[value.name])
+    return "" if value.unit in PLAIN_UNITS else in_unit(PARAMETERS[value.name])
 
 
 def _shown(value: CardValue) -> str:

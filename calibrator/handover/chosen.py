@@ -30,8 +30,8 @@ CONTACT = (
 """What a contact is made of in every engine; effects come on top."""
 
 STEP = ("rayleigh_fraction", "time_step")
-SWITCHES = (*EFFECTS, "shaking")
-"""Columns that are off at their default: the effects, and the vibration of a set-up."""
+SWITCHES = (*EFFECTS, "shaking", "size_distribution")
+"""Columns that are off at their default: the effects, a set-up's vibration, and given sizes."""
 
 
 @dataclass(frozen=True)

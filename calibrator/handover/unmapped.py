@@ -13,7 +13,13 @@ OF_THE_SETUP = ("neck_error", "tilt_deg", "shaking")
 """Switches that belong to a vessel and not to its grains."""
 
 MAPPED = {
-    "yade": ("bond_number", "wall_friction_ratio", "twisting_stiffness", "size_spread"),
+    "yade": (
+        "bond_number",
+        "wall_friction_ratio",
+        "twisting_stiffness",
+        "size_spread",
+        "size_distribution",
+    ),
     "liggghts": ("wall_friction_ratio",),
     "lammps": ("wall_friction_ratio",),
     "mercury": ("wall_friction_ratio",),
@@ -27,6 +33,8 @@ def unmapped(chosen: Chosen, engine: str) -> tuple[str, ...]:
     said = [_effect(chosen, name, engine) for name in chosen.effects if name not in MAPPED[engine]]
     if engine == "yade" and "size_spread" in chosen.effects:
         said.append(_grains(chosen))
+    if engine == "yade" and "size_distribution" in chosen.effects:
+        said.append(_given(chosen))
     if chosen.differing:
         said.append(
             f"{', '.join(chosen.differing)} differ between the set-ups of the calibration: the"
@@ -43,6 +51,14 @@ def _grains(chosen: Chosen) -> str:
         f"size_spread = {chosen.values['size_spread']}: make grains of these radii [m] in equal"
         f" numbers: {radii}; with the constant spring of the mean radius a cap of each pair"
         " is right in the mean only"
+    )
+
+
+def _given(chosen: Chosen) -> str:
+    """Which sizes grains of a given distribution have."""
+    return (
+        f"size_distribution = {chosen.values['size_distribution']}: make grains of these diameters,"
+        " scaled to a mean radius by number of particle_radius, each with its share of the number"
     )
 
 
@@ -68,6 +84,8 @@ def _effect(chosen: Chosen, name: str, engine: str) -> str:
             f"{start}; the grains are clumps of two spheres (yade_scripts/grains.py), and frictions"
             " that were found with clumps are not those of spheres"
         )
+    if name == "size_distribution":
+        return f"NOT IN THIS FILE: {_given(chosen)}; the step is that of the mean size"
     if name == "size_spread":
         radii = ", ".join(f"{r:.6g}" for r in sizes(p))
         return f"{start}; make grains of these radii [m] in equal numbers: {radii}"

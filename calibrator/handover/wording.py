@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from calibrator import __version__
-from calibrator.case.vocabulary import PARAMETERS
+from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS
 from calibrator.handover.chosen import CONTACT, Chosen
 from calibrator.handover.names import CALLED
 from calibrator.handover.unmapped import unmapped
@@ -43,7 +43,7 @@ def values(chosen: Chosen) -> list[str]:
     lines = []
     for name in (*CONTACT, *chosen.effects):
         quantity, value = PARAMETERS[name], chosen.values[name]
-        unit = "" if quantity.unit in ("1", "token") else f" {quantity.unit}"
+        unit = "" if quantity.unit in ("1", *PLAIN_UNITS) else f" {quantity.unit}"
         shown = value if isinstance(value, str) else f"{value:.8g}"
         origin = "calibrated" if name in chosen.calibrated else "fixed or default"
         lines.append(f"{name} = {shown}{unit} ({origin}): {quantity.about}")

@@ -19,6 +19,7 @@ AT_START = {
     "wall_friction_ratio": "wall_friction",
     "twisting_stiffness": "twisting",
     "size_spread": "rolling_of_several_sizes",
+    "size_distribution": "rolling_of_several_sizes",
 }
 """Functions of effects.py that set contacts, by the column that switches them on."""
 
@@ -122,7 +123,7 @@ def text(chosen: Chosen) -> str:
 
 def _law(effects: list[str]) -> str:
     """Material and effects in one name space."""
-    law = copied(SCRIPTS / "material.py", (*LAW, "stiff_rolling_spring"))
+    law = copied(SCRIPTS / "material.py", (*LAW, "stiff_rolling_spring", "size_shares"))
     if not effects:
         return law
     more = copied(SCRIPTS / "effects.py", effects).replace("material.", "")

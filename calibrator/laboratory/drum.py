@@ -1,9 +1,8 @@
-"""The free surface in a rotating drum: slopes along it.
-
-No set-up of the contract is a drum yet, so nothing of this goes into the lab file.
-"""
+"""The free surface in a rotating drum, measured as the scripts measure what a camera sees."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,42 +11,36 @@ from calibrator.laboratory.outcome import Value
 from calibrator.laboratory.profile import Surface
 from calibrator.laboratory.scripts import scripts_measure
 
-PARTS = {
-    "surface_angle_deg": (-0.5, 0.5),
-    "central_angle_deg": (-0.2, 0.2),
-    "upper_angle_deg": (-0.7, -0.3),
-    "lower_angle_deg": (0.3, 0.7),
-}
-"""Slopes between two shares of the radius, the surface falling to the right."""
+Outline = tuple[np.ndarray, np.ndarray]
+"""Positions (n,), to the right and up, from the drum's axis."""
 
 
-def drum_values(x: np.ndarray, z: np.ndarray, radius: float) -> Surface:
-    """Slopes of a drum's surface [deg], its curvature, and the profile.
+def drum_values(outline: Outline, radius: float, blurred: Sequence[Outline] = ()) -> Surface:
+    """Slopes of a drum's surface, its cubic, heights and filled share, and the profile.
 
-    x, z : (n,) from the drum's axis, to the right and up, in the unit of the radius. The surface
-    may fall to either side. Raises CalibratorError where it does not cross the drum.
+    outline : in the unit of the radius; the surface may fall to either side. blurred : where an
+    average over time shows sand 16 and 84 % of the time; none for a picture of one moment. Raises
+    CalibratorError where the surface does not cross the drum.
     """
-    inner = np.abs(x) < 0.7 * radius
-    if inner.sum() < 40 or x.min() > -0.5 * radius or x.max() < 0.5 * radius:
+    measure = scripts_measure()
+    x, z = measure.falling_right(*outline) if len(outline[0]) > 1 else outline
+    if len(x) < 40:
+        raise CalibratorError("too few pixels lie on the surface; take a larger picture")
+    found, errors = measure.drum_responses(x, z, radius)
+    if not found:
         raise CalibratorError(
             "the surface does not cross the drum; give its circle as --circle column,row,radius"
         )
-    if np.polyfit(x[inner], z[inner], 1)[0] > 0:
-        x, z = -x[::-1], z[::-1]
-    measure = scripts_measure()
-    values = {}
-    for name, (low, high) in PARTS.items():
-        part = (x > low * radius) & (x < high * radius)
-        fit = measure.fit_slope(x[part], z[part])
-        if fit is None:
-            raise CalibratorError("too few pixels lie on the surface; take a larger picture")
-        values[name] = Value(fit["angle"], fit["error"], "deg", False)
-    inner = np.abs(x) < 0.7 * radius
-    cubic = np.polyfit(x[inner] / radius, z[inner] / radius, 3)
-    words = " ".join(f"{c:+.3f}" for c in cubic)
+    values = {
+        name: Value(float(value), errors.get(name), "deg" if name.endswith("_deg") else "1")
+        for name, value in found.items()
+    }
+    if blurred:
+        sides = [measure.falling_right(*side) for side in blurred]
+        if (blur := measure.drum_blur(*sides, radius, found["drum_angle_deg"])) is not None:
+            values["drum_blur"] = Value(float(blur), None, "m")
     notes = (
-        "surface_angle within half the radius of the axis, central_angle within a fifth, upper and"
-        " lower_angle from 0.3 to 0.7 radii",
-        f"z/R = a (x/R)^3 + b (x/R)^2 + c x/R + d within 0.7 R: {words}",
+        "slopes within half the radius of the axis, within a fifth, and from 0.3 to 0.7 radii on"
+        " either side; z/R = a_3 (x/R)^3 + a_2 (x/R)^2 + a_1 x/R + a_0 within 0.7 R",
     )
     return Surface(values, x, z, notes)

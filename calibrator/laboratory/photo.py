@@ -18,6 +18,7 @@ from calibrator.laboratory.picture import Sand, draw, find_sand, read_picture, u
 from calibrator.laboratory.profile import Ground, Surface, heap_axis, measure_profile
 
 EDGES = (-0.3, 0.0, 0.3)  # levels at which the outline is taken: how sharp it is shows its error
+BLUR = (-0.68, 0.68)  # levels at which sand is there 16 and 84 % of the time
 EXCESS, EXCESS_ERROR = 0.65, 0.3
 """How far an outline runs above the mean surface, in grain diameters, and how well that is known.
 
@@ -233,13 +234,22 @@ def _slope(
 
 def _drum(sand: Sand, edge: float, camera: Camera, circle: tuple[float, float, float]) -> Surface:
     """The surface in a drum, about its axis."""
+    outer, inner = (_drum_outline(sand, side, camera, circle) for side in BLUR)
+    outline = _drum_outline(sand, edge, camera, circle)
+    return drum_values(outline, circle[2] * camera.unit, (outer, inner))
+
+
+def _drum_outline(
+    sand: Sand, edge: float, camera: Camera, circle: tuple[float, float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The upper edge of what is in a drum, about its axis; edge : level at which it is taken."""
     column, row, radius = circle
     columns, rows = upper_outline(sand, edge)
     # where the sand reaches up to the rim there is no surface
     free = np.hypot(columns - column, rows - row) < 0.94 * radius
     u, v = level(columns[free] - column, row - rows[free], camera)
     v = v / math.cos(math.radians(camera.tilt))
-    return drum_values(u * camera.unit, v * camera.unit, radius * camera.unit)
+    return u * camera.unit, v * camera.unit
 
 
 def _with_errors(
@@ -305,7 +315,7 @@ def _guides(
 ) -> list[tuple[np.ndarray, np.ndarray, tuple[float, float, float]]]:
     """Lines that show the measured angle, as it appears in the picture: at half height."""
     columns, rows = outline
-    name = next(n for n in surface.values if n.endswith(("repose_deg", "surface_angle_deg")))
+    name = next(n for n in surface.values if n.endswith(("repose_deg", "drum_angle_deg")))
     t = math.radians(camera.tilt)
     slope = math.tan(math.radians(surface.values[name].value))
     if shot.shape == "heap":

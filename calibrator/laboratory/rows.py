@@ -27,6 +27,11 @@ LESSER = frozenset(
         "pile_curvature",
         "pile_asymmetry_deg",
         "pile_apex_rounding",
+        "drum_cubic_3",
+        "drum_cubic_2",
+        "drum_cubic_1",
+        "drum_cubic_0",
+        "drum_blur",
     )
 )
 """Responses that tell effects apart and pin no parameter down: their role is diagnose."""

@@ -26,8 +26,8 @@ KINDS = {
     "photo": "photographs of a heap, a slope or a drum",
     "readings": "single readings: response,value,unit",
 }
-HOMES = {"heap": "conical_pile", "slope": "ledge", "crater": "hourglass", "drum": ""}
-"""The set-up whose responses a shape has; "": none of the contract."""
+HOMES = {"heap": "conical_pile", "slope": "ledge", "crater": "hourglass", "drum": "rotating_drum"}
+"""The set-up whose responses a shape has."""
 
 TIME_WORDS = frozenset(("time", "t", "zeit", "elapsed", "seconds", "timestamp", "clock"))
 MASS_WORDS = frozenset(("mass", "m", "masse", "weight", "w", "gewicht", "reading", "balance"))

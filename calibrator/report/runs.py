@@ -28,7 +28,8 @@ from calibrator.report.words import (
 from calibrator.responses.table import experiment_of
 from calibrator.runs.folder import gather
 from calibrator.runs.record import Record
-from calibrator.runs.setups import SETUP_ENTRIES, Curve, Setup, numbers
+from calibrator.runs.setup import Curve, Setup
+from calibrator.runs.setups import SETUP_ENTRIES, numbers
 from calibrator.verification.outcome import Comparison, Verdict
 from calibrator.verification.verify import probe_request
 
@@ -53,11 +54,11 @@ def _picture(findings: Findings, album: Album, experiment: str) -> str:
     setup = record.request.setup
     p = numbers(record.request)
     values = ", ".join(f"{words(n)} {number(p[n], 3)}" for n in findings.space.case.problem.names)
-    cut = SETUP_ENTRIES[setup].cut
+    cut, last = SETUP_ENTRIES[setup].cut, SETUP_ENTRIES[setup].last
     view = "; the grains in front of the axis are cut away" if cut else ""
     caption = (
         f"{called.capitalize()} in YADE: {len(arrays['filled'])} grains filled,"
-        f" {len(arrays['final'])} at rest after the release{view}. Red: the scanned surface (mean)."
+        f" {len(arrays['final'])} {last}{view}. Red: the scanned surface (mean)."
         f" Run {record.run_id} with {values}."
     )
     moments = scenes(setup, p, arrays)

@@ -165,4 +165,6 @@ def _measured_by(setup: str) -> list[str]:
 
 def _value(name: str, text: str) -> float | int | str:
     quantity = PARAMETERS[name]
-    return text if quantity.choices else int(text) if quantity.unit == "integer" else float(text)
+    if isinstance(quantity.default, str):
+        return text
+    return int(text) if quantity.unit == "integer" else float(text)

@@ -62,7 +62,9 @@ def cell(name: str, value: Value | None) -> str:
     """
     checked = checked_value(name, value)
     text = repr(checked)
-    allowed = r"'[a-z0-9_]+'" if isinstance(checked, str) else r"-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?"
+    # a word of the vocabulary, or a list of sizes
+    words = r"'([a-z0-9_]+|[0-9.e:|-]*)'"
+    allowed = words if isinstance(checked, str) else r"-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?"
     if not re.fullmatch(allowed, text):
         raise CalibratorError(
             f"{name} = {text} cannot be written into a yade-batch table: give a plain number"

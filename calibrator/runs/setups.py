@@ -7,112 +7,18 @@ by its script, its words in the contract, and an entry here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection
 
 import numpy as np
 
 from calibrator.case.physics import GRAVITY, time_step
-from calibrator.case.vocabulary import EFFECTS, effect_of, parameters_of
+from calibrator.case.vocabulary import EFFECTS, PARAMETERS, parameters_of
 from calibrator.runs.request import Request
+from calibrator.runs.setup import Curve, Doubt, Numbers, Outline, Setup, surface
 
 FEWEST_GRAINS = 200
 NOMINAL_FRACTION = 0.57
 """Packing fraction of a filling, from which the scripts get the number of grains."""
-
-Numbers = Mapping[str, float]
-"""The parameters of a request that are numbers, by name [SI]."""
-
-Outline = tuple[np.ndarray, ...]
-"""Walls as polylines (k, 2) of x and z [m]."""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """Two arrays that a run leaves, one to be drawn over the other.
-
-    Attributes
-    ----------
-    name : of the figure.
-    across, up : names of the arrays, both of shape (n,).
-    labels : of the two axes, with their units.
-    scales : from the arrays' units to those of the labels.
-    caption : of the figure; {setup} stands for the set-up in words.
-    true_to_scale : whether a unit is as long on both axes.
-    """
-
-    name: str
-    across: str
-    up: str
-    labels: tuple[str, str]
-    scales: tuple[float, float]
-    caption: str
-    true_to_scale: bool = False
-
-
-def surface(across: str, label: str) -> Curve:
-    """The scanned surface at rest, over an array of positions [m] that is labelled so."""
-    return Curve(
-        "profiles",
-        across,
-        "profile_height",
-        (f"{label} [mm]", "surface height [mm]"),
-        (1e3, 1e3),
-        "Scanned surface of the {setup} at rest, every run.",
-        true_to_scale=True,
-    )
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """What is implausible in a geometry.
-
-    kind : of doubt, badness : by which the worst one of a kind is chosen, larger is worse; sentence
-    : says it with numbers, and what to do.
-    """
-
-    kind: str
-    badness: float
-    sentence: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class Setup:
-    """What is known of a set-up.
-
-    Attributes
-    ----------
-    name : as the vocabulary has it.
-    base : area [m2] that the grains fall on.
-    particles : number of grains, not yet rounded.
-    release : seconds from the release until the grains only settle; some tens of per cent will do.
-    outline : walls while filled, and after the release, up to a height [m] in the first case.
-    profile : the scanned surface at rest, None where none is scanned.
-    mirrored : whether the profile is scanned over the radius, and pictures show it on both sides.
-    history : what happens over time, None where nothing is recorded.
-    cut : whether pictures leave out the grains in front of the axis, so that a crater can be seen.
-    across : widths of the vessel, and how many grain diameters they should have at least.
-    impossible : what the set-up's script refuses in a geometry, in the script's own words.
-    doubts : of a geometry that the script takes.
-    """
-
-    name: str
-    base: Callable[[Numbers], float]
-    particles: Callable[[Numbers], float]
-    release: Callable[[Numbers], float]
-    outline: Callable[[Numbers, float], tuple[Outline, Outline]]
-    profile: Curve | None = None
-    mirrored: bool = False
-    history: Curve | None = None
-    cut: bool = False
-    across: Mapping[str, float] = field(default_factory=dict)
-    impossible: Callable[[Numbers], list[str]] = lambda p: []
-    doubts: Callable[[Numbers], list[Doubt]] = lambda p: []
-
-    @property
-    def curves(self) -> tuple[Curve, ...]:
-        """What runs leave to be drawn."""
-        return tuple(curve for curve in (self.history, self.profile) if curve is not None)
 
 
 def numbers(request: Request) -> Numbers:
@@ -135,13 +41,16 @@ def steps(request: Request) -> int:
     entry, p = SETUP_ENTRIES[request.setup], numbers(request)
     settling = 40 * math.sqrt(2 * p["particle_radius"] / GRAVITY)
     cloud = particles(request) * _grain(p) / p["cloud_fraction"] / entry.base(p)
-    filling = settling / 3 + math.sqrt(2 * (p["pouring_height"] + cloud) / GRAVITY)
+    filling = settling / 3 + math.sqrt(2 * (p.get("pouring_height", 0.0) + cloud) / GRAVITY)
     # a step may be so small that the quotient is infinite
     return round(min((filling + entry.release(p) + settling) / time_step(p), 1e18))
 
 
-def impossible(setup: str, p: Numbers) -> list[str]:
-    """Why a set-up's script would refuse these parameters or fail at once, a sentence each."""
+def impossible(setup: str, p: Numbers, words: Collection[str] = ()) -> list[str]:
+    """Why a set-up's script would refuse these parameters or fail at once, a sentence each.
+
+    words : parameters off their default that are no numbers.
+    """
     entry, grain = SETUP_ENTRIES[setup], 2 * p["particle_radius"]
     found = entry.impossible(p)
     site = grain * (math.pi / (6 * p["cloud_fraction"])) ** (1 / 3)
@@ -151,8 +60,8 @@ def impossible(setup: str, p: Numbers) -> list[str]:
     return found + [
         f"{name} and {other} cannot be combined: set one of them to its default"
         for name in on
-        for other in effect_of(name).excludes
-        if other in on
+        for other in PARAMETERS[name].excludes
+        if other in (*on, *words)
     ]
 
 
@@ -293,6 +202,62 @@ def _pile_outline(p: Numbers, top: float) -> tuple[Outline, Outline]:
     return (np.array([[-wall, top], [-wall, 0], [wall, 0], [wall, top]]),), ()
 
 
+def _drum_outline(p: Numbers, top: float) -> tuple[Outline, Outline]:
+    """The shell, about its axis."""
+    around = np.linspace(0, 2 * math.pi, 129)
+    shell = p["drum_diameter"] / 2 * np.column_stack([np.cos(around), np.sin(around)])
+    return (shell,), (shell,)
+
+
+def _drum_particles(p: Numbers) -> float:
+    mass = _grain(p) * p["particle_density"]
+    section = math.pi * p["drum_diameter"] ** 2 / 4
+    filled = NOMINAL_FRACTION * p["fill_fraction"] * section * p["drum_depth"] / _grain(p)
+    return p["drum_fill_mass"] / mass if p["drum_fill_mass"] else filled
+
+
+def _turning(p: Numbers) -> float:
+    """Seconds until a drum that is steady at once has been measured."""
+    return (p["settling_turns"] + p["measuring_turns"]) * 60 / p["rotation_rpm"]
+
+
+def _impossible_drum(p: Numbers) -> list[str]:
+    if p["drum_depth"] < 6 * p["particle_radius"]:
+        return [
+            "drum_depth must be at least three grain diameters; deepen the drum or choose smaller"
+            " grains"
+        ]
+    if _turning(p) > p["longest_time"]:
+        return ["longest_time is over before settling_turns and measuring_turns are; raise it"]
+    return []
+
+
+def _doubtful_drum(p: Numbers) -> list[Doubt]:
+    """A drum that is full, flings its grains round, or has no time to become steady."""
+    speed, found = 2 * math.pi * p["rotation_rpm"] / 60, []
+    grain = 2 * p["particle_radius"]
+    free = math.pi * (p["drum_diameter"] - grain) ** 2 / 4 * (p["drum_depth"] - grain)
+    if free > 0 and (share := _drum_particles(p) * _grain(p) / free) > 0.6:
+        words = f"the grains are {share:.0%} of the drum that their centres can reach: they may"
+        found.append(Doubt("fill", share, f"{words} not fit in before they fall; fill less"))
+    froude = speed**2 * p["drum_diameter"] / 2 / GRAVITY
+    if froude > 0.4:
+        words = f"at rotation_rpm = {p['rotation_rpm']:g} the Froude number is {froude:.2g}: grains"
+        found.append(
+            Doubt("speed", froude, f"{words} fly, and there is no one surface; turn slower")
+        )
+    if (room := p["longest_time"] / _turning(p)) < 1.5:
+        found.append(
+            Doubt(
+                "turns",
+                -room,
+                f"longest_time = {p['longest_time']:g} s leaves a drum that is not steady at once"
+                f" {room:.2g} times the turns that are averaged; raise it",
+            )
+        )
+    return found
+
+
 HOURGLASS = Setup(
     name="hourglass",
     base=_disc,
@@ -335,4 +300,34 @@ CONICAL_PILE = Setup(
     across={"cylinder_diameter": 8},
     doubts=_doubtful_pile,
 )
-SETUP_ENTRIES: dict[str, Setup] = {s.name: s for s in (HOURGLASS, LEDGE, CONICAL_PILE)}
+ROTATING_DRUM = Setup(
+    name="rotating_drum",
+    base=lambda p: p["drum_diameter"] * p["drum_depth"],
+    particles=_drum_particles,
+    release=_turning,
+    outline=_drum_outline,
+    profile=Curve(
+        "profiles",
+        "profile_x",
+        "profile_height",
+        ("distance from the axis [mm]", "surface height over the axis [mm]"),
+        (1e3, 1e3),
+        "Surface of the {setup}, as a camera sees it in the mean over whole turns, every run.",
+        true_to_scale=True,
+    ),
+    history=Curve(
+        "angle_time",
+        "time",
+        "angle_deg",
+        ("time since the settling turns [s]", "slope of the surface [deg]"),
+        (1.0, 1.0),
+        "Slope of the surface in the {setup} within half the radius, every verification run.",
+    ),
+    last="while the drum turns",
+    across={"drum_diameter": 12, "drum_depth": 5},
+    impossible=_impossible_drum,
+    doubts=_doubtful_drum,
+)
+SETUP_ENTRIES: dict[str, Setup] = {
+    s.name: s for s in (HOURGLASS, LEDGE, CONICAL_PILE, ROTATING_DRUM)
+}

@@ -19,6 +19,7 @@ ON = {
     "size_spread": 0.2,
     "clump_aspect": 1.3,
     "shaking": 0.8,
+    "size_distribution": "0.9:1|1.1:1",
 }
 
 

@@ -130,13 +130,17 @@ def test_a_drum_has_the_slopes_of_its_surface(tmp_path, light, falls):
     picture = np.where(-y < surface, 0.1, 0.9)
     path = photograph(tmp_path / "drum.png", lit(picture, **light))
     found = read(path, "drum", known="400 = 84 mm").values
-    assert found["central_angle_deg"].value == pytest.approx(
+    assert found["drum_central_angle_deg"].value == pytest.approx(
         np.degrees(np.arctan(0.9 - 0.3 * 3 / 5 * 0.2**2)), abs=0.5
     )
     for side in ("upper", "lower"):
         expected = np.degrees(np.arctan(0.9 - 0.9 * 0.25))
-        assert found[f"{side}_angle_deg"].value == pytest.approx(expected, abs=1.5)
-    assert not any(one.response for one in found.values())
+        assert found[f"drum_{side}_angle_deg"].value == pytest.approx(expected, abs=1.5)
+    assert found["drum_cubic_3"].value == pytest.approx(0.3, abs=0.03)
+    assert found["drum_cubic_1"].value == pytest.approx(-0.9, abs=0.02)
+    assert found["drum_filled_share"].value == pytest.approx(0.5, abs=0.01)
+    assert 0 <= found["drum_blur"].value < 1e-3  # of a sharp picture: that of its smoothing
+    assert all(one.response for one in found.values())
 
 
 @pytest.mark.parametrize(

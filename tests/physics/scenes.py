@@ -27,6 +27,7 @@ from scenes_contact import (
     time_steps,
     unled_dispatch,
 )
+from scenes_drum import on_a_turning_face, on_a_turning_shell
 from scenes_effects import (
     clump,
     clump_fall,
@@ -35,6 +36,7 @@ from scenes_effects import (
     falling_askew,
     falling_from_a_shaken_hand,
     friction_at,
+    given_sizes,
     hanging,
     pull_off,
     sized_caps,
@@ -94,7 +96,7 @@ def experiments():
     yield sizes, (0.25,)
     yield settled_layer, ()
     yield from ((lost_grain, (speed,)) for speed in (0.0, 0.1))
-    yield from steps_of_damped_grains()
+    yield from (*steps_of_damped_grains(), *walls_that_turn())
 
 
 def steps_of_damped_grains():
@@ -103,6 +105,13 @@ def steps_of_damped_grains():
     for mode in ("normal", "spin"):
         yield from ((largest_stable_step, (mode, e)) for e in (0.3, 0.5, 0.9))
     yield damped_steps, ()
+
+
+def walls_that_turn():
+    """Those on a drum, and of grains of given sizes."""
+    yield given_sizes, ("0.8:1|1.0:2|1.4:1",)
+    yield from ((on_a_turning_shell, pair) for pair in ((0.6, 0.0), (0.6, 0.2), (0.2, 0.6)))
+    yield from ((on_a_turning_face, (how,)) for how in ("stuck", "rolling", "slipping"))
 
 
 def main():

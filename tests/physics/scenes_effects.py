@@ -140,6 +140,25 @@ def sizes(size_spread, count=7000):
     )
 
 
+def given_sizes(text, count=1000):
+    """Grains of a size distribution as created: radii over the nominal one, and how many of each.
+
+    Their mean mass [kg], as it is and as the forecast has it.
+    """
+    p, grain, _ = scene(size_distribution=text)
+    centres = 0.01 * np.array([(i % 10, i // 10 % 10, i // 100) for i in range(count)], float)
+    ids = grains.add(p, centres, grain, np.random.default_rng(1))
+    radii = [O.bodies[i].shape.radius / p["particle_radius"] for i in ids]
+    sizes, numbers = np.unique(np.round(radii, 9), return_counts=True)
+    return dict(
+        radii=sizes.tolist(),
+        numbers=numbers.tolist(),
+        mean_mass=grains.total_mass(p, ids) / count,
+        expected_mass=material.mean_grain_mass(p),
+        order=[float(r) for r in radii[:20]],
+    )
+
+
 def clump(aspect):
     """Mass [kg], inertia [kg m2] and extent [m] of a clump as it is created."""
     p, grain, _ = scene(clump_aspect=aspect)

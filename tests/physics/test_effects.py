@@ -92,6 +92,15 @@ def test_grains_of_several_sizes_have_the_requested_moments(measured):
     assert m["mean_mass"] == pytest.approx(m["expected_mass"], rel=1e-6)
 
 
+def test_grains_of_given_sizes_have_these_about_the_nominal_radius_in_the_given_numbers(measured):
+    """Diameters of 0.8, 1 and 1.4 have the mean 1.05 by number."""
+    m = measured("given_sizes", "0.8:1|1.0:2|1.4:1")
+    assert m["radii"] == pytest.approx([0.8 / 1.05, 1 / 1.05, 1.4 / 1.05])
+    assert m["numbers"] == [250, 500, 250]
+    assert m["mean_mass"] == pytest.approx(m["expected_mass"], rel=1e-9)
+    assert len(set(m["order"])) == 3  # mixed, not in layers
+
+
 @pytest.mark.parametrize("aspect", [1.3, 2.0])
 def test_a_clump_has_the_mass_of_a_grain_and_the_requested_length(measured, aspect):
     m = measured("clump", aspect)

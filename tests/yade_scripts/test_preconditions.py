@@ -12,7 +12,7 @@ import pytest
 from calibrator.case.vocabulary import SCRIPTS, SETUPS, parameters_of
 from calibrator.runs.setups import impossible
 
-REFUSING = {"hourglass": 2, "ledge": 1, "effects": 1}
+REFUSING = {"hourglass": 2, "ledge": 1, "rotating_drum": 2, "effects": 1, "packing": 1}
 """Places in each script that refuse parameters; the contract's own are those of single values."""
 
 
@@ -70,6 +70,8 @@ def test_a_geometry_is_refused_here_where_the_script_refuses_it(setup):
         p = {**defaults, **{n: 10 ** draw.uniform(-3.5, -1.5) for n in lengths}}
         if "neck_error" in p:
             p["neck_error"] = draw.choice([0.0, 1e-3, -1e-3])
+        if "rotation_rpm" in p:
+            p["rotation_rpm"] = draw.choice([60.0, 20.0])
         words = refused(setup, p)
         here = [w for w in impossible(setup, p) if not w.startswith("no grain fits")]
         assert here == words, p

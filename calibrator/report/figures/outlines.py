@@ -7,13 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from calibrator.report.figures import grains
-from calibrator.runs.setups import SETUP_ENTRIES, Setup
+from calibrator.runs.setup import Setup
+from calibrator.runs.setups import SETUP_ENTRIES
 
 
 def scenes(
     setup: str, p: Mapping[str, float], arrays: Mapping[str, np.ndarray]
 ) -> list[grains.Scene]:
-    """A run when it was filled, and at rest after the release.
+    """A run when it was filled, and after the release.
 
     p : parameters of the run that are numbers; arrays : what it left, the centres "filled"
     and "final" of its grains (n, 3) [m] among them.
@@ -23,7 +24,7 @@ def scenes(
     full, released = entry.outline(p, top)
     return [
         grains.Scene("filled", arrays["filled"], full),
-        grains.Scene("at rest", arrays["final"], released, _surface(entry, arrays)),
+        grains.Scene(entry.last, arrays["final"], released, _surface(entry, arrays)),
     ]
 
 

@@ -25,7 +25,7 @@ from calibrator.report.figures.style import (
     require_some,
     styled,
 )
-from calibrator.runs.setups import Curve
+from calibrator.runs.setup import Curve
 
 Curves = Mapping[str, Sequence[tuple[np.ndarray, np.ndarray]]]
 """Candidate -> its runs, each with the two arrays (n,) of a curve."""

@@ -63,7 +63,10 @@ def ask(call: Callable[[], Any]) -> Any:
 
 
 def only_data(text: str) -> bool:
-    """Whether a table's cell is a number or a quoted word of the vocabulary, also for Python."""
+    """Whether a table's cell is a number, a word of the vocabulary or a list of sizes.
+
+    The latter two in quotes; also for Python.
+    """
     choices = {c for q in PARAMETERS.values() for c in q.choices or ()}
     tree = ast.parse(text, mode="eval").body
     inner = (
@@ -72,7 +75,7 @@ def only_data(text: str) -> bool:
     if not isinstance(inner, ast.Constant) or any(c.isspace() for c in text):
         return False
     return (
-        inner.value in choices
+        inner.value in choices or re.fullmatch(r"[0-9.e:|-]*", inner.value) is not None
         if isinstance(inner.value, str)
         else type(inner.value) in (int, float)
     )
