@@ -40,7 +40,21 @@ lift_speed = "20 mm/s"
 lift_height = "60 mm"
 """
 
+PELLETS = """name = "pellets"
+shape = "rounded"
+grain_diameter = "1.3-1.7 mm"
+particle_density = "1.5 g/cm3"
+budget = 2
+lab = "pellets_lab_file.csv"
+
+[rotating_drum]
+drum_diameter = "45 mm"
+drum_depth = "12 mm"
+rotation_rpm = "30 rpm"
+"""
+
 LOGS = ("scale_1.csv", "scale_2.csv", "scale_3.csv")
+DRUM_WIDTH = "240 = 45 mm"
 HEAPS = ("heap_1.png", "heap_2.png", "heap_3.png")
 
 
@@ -104,6 +118,23 @@ USERS = {
             ),
             Step(("init", "--answers", "ore.toml")),
             *_to_the_end("crushed_ore"),
+        ),
+    ),
+    "pellets": User(
+        "a powder technologist: a picture of a rotating drum, and two core-hours",
+        {"pellets_answers.toml": PELLETS},
+        ("drum.png",),
+        (
+            Step(
+                (
+                    *("measure", "photo", "drum.png", "--shape", "drum"),
+                    *("--known", DRUM_WIDTH, "--lab", "pellets_lab_file.csv"),
+                )
+            ),
+            # too little for any plan
+            Step(("init", "--answers", "pellets_answers.toml", "--set", "budget=0.01"), 2),
+            Step(("init", "--answers", "pellets_answers.toml")),
+            *_to_the_end("pellets"),
         ),
     ),
 }

@@ -52,9 +52,15 @@ VESSELS = {
     "hourglass": ("cylinder_diameter", "neck_diameter", "fill_mass"),
     "ledge": ("box_length", "fill_height"),
     "conical_pile": ("cylinder_diameter", "fill_height"),
+    "rotating_drum": ("drum_diameter", "drum_depth", "rotation_rpm"),
 }
 """What has to be known of each vessel."""
-FURTHER = {"hourglass": (), "ledge": ("box_width",), "conical_pile": ("lift_speed", "lift_height")}
+FURTHER = {
+    "hourglass": (),
+    "ledge": ("box_width",),
+    "conical_pile": ("lift_speed", "lift_height"),
+    "rotating_drum": ("fill_fraction", "shell_friction_ratio", "face_friction_ratio"),
+}
 """What may be."""
 EVEN_SPREAD = 0.03
 """Coefficient of variation below which grains count as of one size."""
@@ -155,7 +161,7 @@ def answers_of(table: Mapping[str, Any], folder: Path = Path()) -> Answers:
     _no_set_up_without_rows(vessels, rows)
     grain, spread = found.pop("grain")
     for setup, own in vessels.items():
-        _assume(reader, setup, own, grain)
+        _assume(reader, setup, own, grain, rows)
     return Answers(
         **found,
         about=as_text(table.get("about", "")),
@@ -245,8 +251,16 @@ def _row(reader: Reader, setup: str, response: str, value: Any) -> Observable:
     return Observable(setup, response, float(np.mean(numbers)), scatter, len(numbers), role)
 
 
-def _assume(reader: Reader, setup: str, vessel: dict[str, float], grain: float) -> None:
+def _assume(
+    reader: Reader, setup: str, vessel: dict[str, float], grain: float, rows: list[Observable]
+) -> None:
     """Fill in what nobody said of a vessel, and say so."""
+    if setup == "rotating_drum" and "fill_fraction" not in vessel:
+        seen = [r.value for r in rows if r.response == "drum_filled_share"]
+        vessel["fill_fraction"] = seen[0] if seen else 0.5
+        reader.assumed.append(
+            f"fill_fraction = {vessel['fill_fraction']:.3g}{', as the picture shows' * bool(seen)}"
+        )
     if setup == "ledge" and "box_width" not in vessel:
         vessel["box_width"] = LEDGE_WIDTH * grain
         reader.assumed.append(f"box_width = {vessel['box_width']:g} m, without side walls")

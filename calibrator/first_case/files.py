@@ -13,7 +13,8 @@ from calibrator.first_case.answers import EVEN_SPREAD, Answers
 from calibrator.first_case.grains import SHAPES, open_parameters, stiffness
 from calibrator.first_case.sizing import Design
 from calibrator.first_case.vessels import Kept, Lost, carried, smaller
-from calibrator.runs.setups import NOMINAL_FRACTION, SETUP_ENTRIES
+from calibrator.runs.request import Request
+from calibrator.runs.setups import NOMINAL_FRACTION, SETUP_ENTRIES, numbers
 
 ONE_OF_TWO = (
     ("drained_equivalent_angle_deg", "residual_fraction", "residual_mass"),
@@ -22,13 +23,18 @@ ONE_OF_TWO = (
     ("pile_equivalent_angle_deg", "pile_angle_of_repose_deg"),
     ("ledge_equivalent_angle_deg", "ledge_angle_of_repose_deg"),
     ("drained_equivalent_angle_deg", "drained_angle_of_repose_deg"),
+    ("drum_angle_deg", "drum_central_angle_deg", "drum_height_centre"),
+    ("drum_upper_angle_deg", "drum_height_upper_06", "drum_height_upper_03"),
+    ("drum_lower_angle_deg", "drum_height_lower_06", "drum_height_lower_03"),
 )
 """Responses of a set-up that say much the same; the first of them that was measured is fitted, the
 others are held out.
 """
+GIVEN = ("drum_filled_share",)
+"""Responses that the filling decides and no parameter."""
 ENOUGH = 3
 """Targets that are left when a set-up is held out: one more than the two frictions."""
-SPARED_FIRST = ("ledge", "conical_pile", "hourglass")
+SPARED_FIRST = ("ledge", "conical_pile", "rotating_drum", "hourglass")
 LONGEST_TIME = 5.0
 
 
@@ -102,6 +108,8 @@ def _height(vessel: dict[str, float]) -> float:
     """Height [m] of the fill of a vessel."""
     if "fill_height" in vessel:
         return vessel["fill_height"]
+    if "drum_diameter" in vessel:
+        return vessel["drum_diameter"] / 2
     base = math.pi / 4 * vessel["cylinder_diameter"] ** 2
     return vessel["fill_mass"] / (NOMINAL_FRACTION * vessel["particle_density"] * base)
 
@@ -118,12 +126,14 @@ def _with_roles(rows: Sequence[Observable]) -> list[Observable]:
             own = [f"{setup}.{n}" for n in group]
             have = [r.key for r in rows if r.key in own and r.role == "calibrate"]
             demoted |= set(sorted(have, key=own.index)[1:])
-    left = [r for r in rows if r.role == "calibrate" and r.key not in demoted]
+    used = [r for r in rows if r.role == "calibrate" and r.response not in GIVEN]
+    left = [r for r in used if r.key not in demoted]
     count = {setup: sum(r.setup == setup for r in left) for setup in SETUPS}
     spare = [s for s in SPARED_FIRST if 0 < count[s] <= len(left) - ENOUGH]
     if spare and not any(r.role == "held_out" for r in rows):
         fewest = min(spare, key=count.__getitem__)
         demoted |= {r.key for r in left if r.setup == fewest}
+    rows = [replace(r, role="diagnose") if r.response in GIVEN else r for r in rows]
     return [replace(r, role="held_out") if r.key in demoted else r for r in rows]
 
 
@@ -221,7 +231,8 @@ def _fixed(answers: Answers, own: Draft) -> list[str]:
 
 def _seconds(setup: str, vessel: dict[str, float]) -> int:
     """A time [s] that the release of a run takes twice, and two more to settle."""
-    return math.ceil(2 * SETUP_ENTRIES[setup].release(vessel) + 2)
+    p = numbers(Request.of(setup, **vessel, seed=1))
+    return math.ceil(2 * SETUP_ENTRIES[setup].release(p) + 2)
 
 
 def _vessels(answers: Answers, own: Draft) -> list[str]:

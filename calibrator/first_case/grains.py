@@ -38,9 +38,10 @@ is said to be so by `calibrate`. Rolling friction stands for shape (J. Ai et al.
 206 (2011) 269), so that balls have little and broken grains much of it.
 """
 
-SHOW_SLIDING = {"bulk_density", "mass_flow_rate", "emptying_time"}
+SHOW_SLIDING = {"bulk_density", "mass_flow_rate", "emptying_time", "drum_upper_angle_deg"}
 """Responses that sliding friction moves by more than their runs scatter, angles of rough grains are
-not among them (docs/own_measurement.md, which response shows which friction).
+not among them (docs/own_measurement.md, which response shows which friction). A drum's shape is
+taken to be: those who measured one fitted both frictions to it (docs/init.md).
 """
 SOFTNESS = 1e-4
 """Pressure at the bottom over Young's modulus. Grains then overlap by 0.2 % at the bottom, the

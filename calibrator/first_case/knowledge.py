@@ -68,9 +68,12 @@ def factors(
     Responses count as linear in a friction up to where the slopes were taken, so that a tenth of it
     moves them a tenth as much. rows : that are calibrated on; bounds : of the search, by parameter,
     which count as known before; more : further measurements and their error as a share, by
-    `setup.response`.
+    `setup.response`. Empty where no run of ours says anything of what was measured.
     """
     names = [n for n in TAKEN_AT if n in bounds]
+    rows = list(rows)
+    if not any(r.key in SLOPES for r in rows):
+        return {}
     widths = {n: math.log(bounds[n][1] / bounds[n][0]) for n in names}
     shares = {n: min(math.sqrt(bounds[n][0] * bounds[n][1]) / TAKEN_AT[n], 1.0) for n in names}
     errors = {r.key: r.scatter / math.sqrt(r.replicates) / abs(r.value) for r in rows if r.value}

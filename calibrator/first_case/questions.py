@@ -14,12 +14,14 @@ ASKED = {
     "conical_pile": ("bulk_density", "pile_angle_of_repose_deg", "pile_equivalent_angle_deg"),
     "ledge": ("bulk_density", "ledge_angle_of_repose_deg", "ledge_equivalent_angle_deg"),
     "hourglass": ("bulk_density", "mass_flow_rate", "drained_angle_of_repose_deg"),
+    "rotating_drum": ("drum_angle_deg", "drum_upper_angle_deg", "drum_lower_angle_deg"),
 }
 """Responses that are asked for; a lab file may have others."""
 IN_WORDS = {
     "conical_pile": "a heap from a lifted cylinder",
     "ledge": "a slope in a box whose front is dropped",
     "hourglass": "the flow through a neck, or a drained cylinder",
+    "rotating_drum": "the surface in a rotating drum",
 }
 Ask = Callable[[str], str]
 Say = Callable[[str], None]

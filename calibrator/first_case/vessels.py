@@ -20,10 +20,11 @@ LENGTHS = {
     "hourglass": ("cylinder_diameter", "neck_diameter"),
     "ledge": ("box_length", "fill_height"),
     "conical_pile": ("cylinder_diameter", "fill_height", "lift_height"),
+    "rotating_drum": ("drum_diameter",),
 }
 """What shrinks, the width of the vessel first. The mass of an hourglass goes with its cube."""
 
-FEWEST_ACROSS = {"hourglass": 15.0, "ledge": 15.0, "conical_pile": 12.0}
+FEWEST_ACROSS = {"hourglass": 15.0, "ledge": 15.0, "conical_pile": 12.0, "rotating_drum": 20.0}
 """Grain diameters across the smallest vessel that `init` writes."""
 NARROWEST_NECK = 8.0
 """Grain diameters; at high friction narrower ones clog."""
@@ -41,6 +42,8 @@ R. M. Nedderman, Statics and Kinematics of Granular Materials (1992), section 10
 """
 RATE_ERROR = 0.05
 """Of a rate in the smallest such vessel: ours were never run beside wide ones."""
+FEWEST_DEEP = 5.0
+"""Grain diameters between the faces of a drum."""
 LEDGE_WIDTH = 8.0
 """Grain diameters of the ledge's period from front to back."""
 
@@ -88,6 +91,10 @@ def smaller(
         found["box_width"] = min(lab.get("box_width", math.inf), LEDGE_WIDTH * grain)
     if setup == "hourglass" and "mass_flow_rate" in responses:
         found |= _about_the_neck(lab, least, most)
+    elif setup == "rotating_drum":
+        # of its size, the speed is right: coarser grains, as far as five fit between the faces
+        coarser = max(1.0, min(1 / least, lab["drum_depth"] / (FEWEST_DEEP * grain)))
+        found["particle_radius"] = lab["particle_radius"] * coarser
     elif setup == "hourglass":
         least = min(max(least, NARROWEST_NECK * grain / lab["neck_diameter"]), 1.0)
         found |= {n: lab[n] * least for n in LENGTHS[setup]}
@@ -159,6 +166,10 @@ def carried(
         return Kept(value, 25 * more, "equivalent angles moved by -14 to +36 degrees times d/D")
     if response in ("ledge_angle_of_repose_deg", "ledge_equivalent_angle_deg"):
         return Kept(value, 25 * more, "taken to move no more than those of heaps do")
+    if response.endswith("_angle_deg") and setup == "rotating_drum":
+        return Kept(value, 25 * more, "taken to move no more than equivalent angles of heaps do")
+    if response.startswith("drum_height_"):
+        return Kept(value, 0.3 * more, "taken to move as little as the angles")
     if response == "residual_fraction" and setup == "ledge":
         return Kept(value, 0.5 * more * value, "goes with the slope")
     if response == "mass_flow_rate":

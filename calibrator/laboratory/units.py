@@ -35,6 +35,7 @@ FACTORS: dict[str, dict[str, float]] = {
     "deg": {"deg": 1.0, "rad": 180 / math.pi},
     "1": {"1": 1.0, "%": 0.01},
     "1/m": {"1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3},
+    "rpm": {"rpm": 1.0, "1/min": 1.0, "1/s": 60.0},
 }
 """What one of each unit is in the SI unit that names its kind."""
 

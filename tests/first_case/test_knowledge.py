@@ -38,7 +38,9 @@ def test_more_data_never_widen_a_forecast_and_one_heap_does_not_tell_the_frictio
     for name in BOUNDS:
         assert one[name] >= two[name] >= three[name] > 1
     assert one["rolling_friction"] > 1.5 > three["rolling_friction"]
-    assert factors([], BOUNDS)["rolling_friction"] == pytest.approx(4**0.5)
+    blurred = row(HEAP.key, 25.0, 1e6)
+    assert factors([blurred], BOUNDS)["rolling_friction"] == pytest.approx(4**0.5)
+    assert factors([row("rotating_drum.drum_angle_deg", 40.0, 1.0)], BOUNDS) == {}
 
 
 def test_a_friction_too_small_to_matter_is_not_said_to_be_pinned_down():

@@ -96,3 +96,15 @@ def test_what_belongs_to_the_size_is_lost_with_a_reason(response):
     new = smaller("hourglass", FLOW, 20.0, ["mass_flow_rate"])
     assert carried("hourglass", response, 1.0, FLOW, new).words
     assert isinstance(carried("hourglass", response, 1.0, FLOW, new), Lost)
+
+
+def test_a_drum_keeps_its_size_and_speed_and_gets_coarser_grains():
+    drum = {"drum_diameter": 0.084, "drum_depth": 0.02, "rotation_rpm": 15.0, **GRAINS}
+    drum["particle_radius"] = 0.6e-3
+    new = smaller("rotating_drum", drum, 35.0, [])
+    assert across("rotating_drum", new) == pytest.approx(35, rel=1e-3)
+    assert {**new, "particle_radius": 0.6e-3} == drum
+    shallow = smaller("rotating_drum", {**drum, "drum_depth": 0.008}, 20.0, [])
+    assert shallow["drum_depth"] / (2 * shallow["particle_radius"]) == pytest.approx(5, rel=1e-3)
+    assert carried("rotating_drum", "drum_angle_deg", 40.0, drum, new).error > 0
+    assert isinstance(carried("rotating_drum", "drum_blur", 1e-3, drum, new), Lost)
