@@ -217,11 +217,11 @@ def test_the_report_opens_with_the_picture_or_says_in_one_line_how_to_get_it(cal
     made = json.loads(call("--json")[1])
     page = write_report(space).page.read_text()
     first = page.index("<img")
-    assert first < page.index("What was asked")
+    assert first < page.index("<h2>What was asked")
     (seen,) = re.findall(r'<img alt="([^"]*)"', page[first : first + 600])
     assert seen == made["seen"] and "60 grains when it is filled" in seen
     assert "To see the recommended set" not in page
     (space.path / "views" / made["run_id"] / "view.json").unlink()
     page = write_report(space).page.read_text()
-    assert "What was asked" in page[: page.index("<img")]
+    assert "<h2>What was asked" in page[: page.index("<img")]
     assert f"<code>{space.command('view')}</code>" in page
