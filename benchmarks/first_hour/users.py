@@ -54,7 +54,7 @@ rotation_rpm = "30 rpm"
 """
 
 LOGS = ("scale_1.csv", "scale_2.csv", "scale_3.csv")
-DRUM_WIDTH = "240 = 45 mm"
+DRUM_WIDTH = "720 = 45 mm"
 HEAPS = ("heap_1.png", "heap_2.png", "heap_3.png")
 
 
