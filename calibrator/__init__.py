@@ -21,6 +21,7 @@ Rooms, from the ground; a room imports only from those above it in this list:
     verification            phase 3: verify, validate
     view                    one run to be seen: view
     foresight               what can be known to be wrong, or odd, before a run is made
+    first_case              a case of somebody's own: init
     check, report, terminal what is said, before and after
     handover                the material for other scenes and engines
     demo                    the case that comes with the project

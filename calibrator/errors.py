@@ -27,7 +27,7 @@ class CalibratorError(Exception):
         super().__init__(self.messages[0] if len(self.messages) == 1 else "\n".join(several))
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class DryRun(Exception):
     """What a verb would do next in a dry run, which ends there.
 

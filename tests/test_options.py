@@ -1,7 +1,6 @@
 """Dry runs, and completion in a shell."""
 
 import json
-import shutil
 import subprocess
 import sys
 
@@ -9,10 +8,6 @@ import pytest
 
 from calibrator.cli import main
 from calibrator.options import MAKE_RUNS, parser
-
-
-def runs_in(folder):
-    return list(folder.rglob("records/*.json"))
 
 
 def test_a_dry_run_says_what_would_be_made_and_makes_nothing(
@@ -52,7 +47,6 @@ def test_every_verb_that_makes_runs_can_be_rehearsed_and_no_other():
         assert has == (name in MAKE_RUNS), name
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash: apt-get install bash")
 @pytest.mark.parametrize(
     ("typed", "completed"), [("ver", "verify"), ("doc", "doctor"), ("verify --dry", "--dry-run")]
 )

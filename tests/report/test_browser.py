@@ -9,7 +9,12 @@ from pathlib import Path
 import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: make chromium")
+# `make test` installs Chromium, which takes root; elsewhere these tests are shown as skipped, with
+# the command.
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None,
+    reason="chromium not installed: run `make chromium` as root or with sudo",
+)
 CARD = Path(__file__).resolve().parents[2] / "cards" / "coarse_sand.html"
 WIDTHS = (390, 900, 1600)
 LEAST_CONTRAST = 4.5  # of text to its ground, WCAG 2 AA
