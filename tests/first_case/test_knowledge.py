@@ -2,10 +2,12 @@
 
 import pytest
 
+from benchmarks.numerics.scaled_vessels import empty_ring, larger_heaps, shifts
 from benchmarks.numerics.sensitivities import sensitivities
 from calibrator.case.lab import Observable
 from calibrator.first_case.grains import SHAPES, open_parameters, stiffness
 from calibrator.first_case.knowledge import CHEAP, SLOPES, factors, most_telling
+from calibrator.first_case.vessels import EMPTY_RING, RING_ERROR
 
 BOUNDS = {"rolling_friction": (0.1, 0.4), "sliding_friction": (0.2, 0.7)}
 
@@ -29,6 +31,16 @@ def test_the_slopes_are_those_that_the_benchmark_finds():
             found[key]["scatter"],
         )
     assert CHEAP.keys() <= SLOPES.keys()
+
+
+def test_the_steps_to_smaller_vessels_are_those_that_the_shipped_runs_show():
+    fitted, equivalent = shifts().values()
+    ring = empty_ring()
+    assert abs(fitted["lower"] - 50) < 8 and abs(equivalent["lower"]) < 25
+    assert abs(ring["k"] - EMPTY_RING) < RING_ERROR
+    larger = larger_heaps()
+    assert abs(larger["pile_angle_of_repose_deg"] - 50) < 8
+    assert abs(larger["bulk_density"] - 0.3) < 0.15
 
 
 def test_more_data_never_widen_a_forecast_and_one_heap_does_not_tell_the_frictions_apart():
