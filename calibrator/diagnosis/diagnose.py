@@ -33,6 +33,7 @@ from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
     BEYOND,
     CANNOT_TELL,
+    FIXED,
     MEASUREMENT,
     NAMED,
     NO_GAP,
@@ -61,7 +62,15 @@ def diagnose(space: Workspace, report: Report = silent, yes: bool = False) -> Di
         return space.note("diagnose", _untested(space, degrees + parameters, (), ()))
     scene = prepare(space, case.observables, yes, report)
     rng = np.random.default_rng(case.diagnosis.seed)
-    verdict = judge(scene.surfaces, scene.measured, scene.effects, scene.used, rng, held=scene.held)
+    verdict = judge(
+        scene.surfaces,
+        scene.measured,
+        scene.effects,
+        scene.used,
+        rng,
+        held=scene.held,
+        uncertain=scene.uncertain,
+    )
     if verdict.kind == CANNOT_TELL:  # some observables repeat others
         found = _untested(space, len(scene.used), scene.notes, scene.records)
         return space.note("diagnose", found)
@@ -102,7 +111,7 @@ def _found(
     return Diagnosis(
         verdict=kind,
         effects=names,
-        notes=(*scene.notes, *_refutation(verdict, runs.explanations), *runs.notes),
+        notes=(*scene.notes, *_refutation(scene, verdict, runs.explanations), *runs.notes),
         fingerprint=diagnosis_basis(space.case, [*scene.records, *runs.records]),
         detection=verdict.detection,
         bounded=_bounded(space, verdict.fits),
@@ -205,10 +214,20 @@ def _contradicted(before: ExplanationRun, run: ExplanationRun) -> str:
     return ""
 
 
-def _refutation(verdict: Verdict, explanations: Sequence[ExplanationRun]) -> list[str]:
+def _refutation(
+    scene: Scene, verdict: Verdict, explanations: Sequence[ExplanationRun]
+) -> list[str]:
     """A sentence where the data held out, or fresh runs, took a name back."""
-    others = (UNKNOWN, MEASUREMENT, BEYOND)
+    others = (UNKNOWN, MEASUREMENT, BEYOND, FIXED)
     names = " and ".join(effect_of(n).called for n in verdict.effects if n not in others)
+    if FIXED in verdict.effects and verdict.fixed is not None:
+        (name,) = verdict.fixed.effects
+        (one,) = (e for e in scene.uncertain if e.name == name)
+        size = verdict.fixed.amplitude[len(scene.effects) + scene.uncertain.index(one)]
+        return [
+            f"{names} explains the gap, but so would a {name} of {ex.column_value(one, size):.2g}"
+            f" where the case fixes {one.base:g}: not named; measure it"
+        ]
     if BEYOND in verdict.effects:
         return [f"{names} explains the gap, but so would parameters beyond their bounds: not named"]
     if MEASUREMENT in verdict.effects:

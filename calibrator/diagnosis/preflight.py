@@ -185,6 +185,14 @@ def self_test(
             scatter = np.diag(scene.surfaces.extra_scatter(amplitude) / scene.measured.replicates)
             covariance = scene.measured.covariance + scene.surfaces.error(unit, amplitude) + scatter
             imagined = replace(scene.measured, values=rng.multivariate_normal(mean, covariance))
-            verdict = judge(scene.surfaces, imagined, scene.effects, used, rng, held=scene.held)
+            verdict = judge(
+                scene.surfaces,
+                imagined,
+                scene.effects,
+                used,
+                rng,
+                held=scene.held,
+                uncertain=scene.uncertain,
+            )
             counts[verdict.said] = counts.get(verdict.said, 0) + 1
     return found

@@ -72,3 +72,22 @@ def pairs(
         if effects[j].name not in effects[i].excludes and effects[i].name not in effects[j].excludes
     ]
     return sorted(fits, key=lambda fit: fit.deviance)
+
+
+def otherwise(
+    surfaces: Surfaces,
+    measured: Measured,
+    effects: Sequence[Effect],
+    uncertain: Sequence[Effect],
+    kept: np.ndarray | None = None,
+) -> Explanation | None:
+    """The likeliest fit with one uncertain fixed value free, None where there is none.
+
+    uncertain : these values, which follow the effects in the surfaces. What is stated for their
+    errors bounds nothing here: a value that the case fixes may be plainly wrong.
+    """
+    everything, first = [*effects, *uncertain], len(effects)
+    found = [
+        explain(surfaces, measured, everything, (first + i,), kept) for i in range(len(uncertain))
+    ]
+    return min(found, key=lambda fit: fit.deviance, default=None)

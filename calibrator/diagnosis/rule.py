@@ -15,8 +15,12 @@ class Rule:
         effect, and of the residual's length. Together they are to raise the alarm in one complete
         model of forty, if all errors are as stated; the sharper test has the larger share.
     adequacy : probability that a fit needs to count as one, of the surfaces or of fresh runs.
+    fit : probability that the fit of a name needs: four of five right ones have more, where all
+        errors are as stated; of what is outside the library an effect often explains the most part
+        and not all.
     posterior : that a name needs among all explanations, "unknown" among them.
-    lead : in deviance (minus twice the log likelihood) before any rival: 6 is twenty to one.
+    lead : in deviance (minus twice the log likelihood) before any rival, another effect or a fixed
+        value that is uncertain: 6 is twenty to one.
     errors : standard errors by which a named amplitude differs from nothing.
     reach : plausible sizes that it may have: runs were made up to 1.5, and where that much is there
         the size that is found may be larger by its error.
@@ -38,6 +42,7 @@ class Rule:
     p_effect: float = 0.02
     p_chi2: float = 0.005
     adequacy: float = 0.02
+    fit: float = 0.2
     posterior: float = 0.9
     lead: float = 6.0
     errors: float = 2.0

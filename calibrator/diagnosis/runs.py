@@ -77,6 +77,7 @@ class Scene:
     Attributes
     ----------
     effects, experiments : what is looked for, and where.
+    uncertain : fixed values that may be wrong.
     observables : n, in the order of the surfaces.
     surfaces, measured : what is simulated and what is measured of them.
     used, held : indices of the observables that the diagnosis is made from, and of those held out.
@@ -85,6 +86,7 @@ class Scene:
     """
 
     effects: list[Effect]
+    uncertain: list[Effect]
     experiments: list[ex.Experiment]
     observables: list[Observable]
     surfaces: Surfaces
@@ -127,6 +129,7 @@ def prepare(
     day = case.diagnosis.day_error
     return Scene(
         plan.effects,
+        plan.uncertain,
         plan.experiments,
         ordered,
         surfaces,

@@ -11,6 +11,7 @@ from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
     BEYOND,
+    FIXED,
     MEASUREMENT,
     NO_GAP,
     NONE,
@@ -18,7 +19,7 @@ from calibrator.diagnosis.verdict import (
     UNKNOWN,
 )
 
-NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT, BEYOND)
+NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT, BEYOND, FIXED)
 PLAUSIBLE = 3  # plausible sizes: an effect that is seen from more on only is not worth a mention
 
 
@@ -122,6 +123,7 @@ def _possible(name: str) -> str:
         UNKNOWN: "something unknown",
         MEASUREMENT: "errors of the measurement twice as large as stated",
         BEYOND: "parameters beyond their bounds",
+        FIXED: "another value of what the case keeps fixed",
     }
     return others.get(name) or effect_of(name).called
 

@@ -26,7 +26,7 @@ from calibrator.diagnosis.gap import (
     projection,
 )
 from calibrator.diagnosis.limits import Fits, fits
-from calibrator.diagnosis.rivals import Rivals, pairs, rivals
+from calibrator.diagnosis.rivals import Rivals, otherwise, pairs, rivals
 from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.surfaces import Surfaces
 
@@ -35,6 +35,7 @@ OUT_OF_BOUNDS = "out of bounds"
 NAMED, TWO_EFFECTS = "named", "two effects"
 # explanations that take a name back
 MEASUREMENT, BEYOND = "error of measurement", "parameters beyond their bounds"
+FIXED = "a fixed value"
 UNKNOWN = "unknown"  # the verdict, and the explanation that nobody has thought of
 NONE = "none"  # the explanation without any effect
 
@@ -62,7 +63,8 @@ class Verdict:
     tell"; effects : the name, the pair, or the set that cannot be told apart; fits : the model as
     it is, within its bounds and beyond; best : the fit of the named effect or pair, None otherwise;
     held_out : probability of the data held out under what would be named, nan where nothing would
-    be or there are none.
+    be or there are none; fixed : the likeliest fit with a fixed value free
+    instead, where something would be named and a value is uncertain.
     """
 
     kind: str
@@ -74,6 +76,7 @@ class Verdict:
     best: Explanation | None = None
     ghost: float = float("nan")
     held_out: float = float("nan")
+    fixed: Explanation | None = None
     posterior: dict[str, float] = field(default_factory=dict)
     adequacy: dict[str, float] = field(default_factory=dict)
 
@@ -109,11 +112,13 @@ def judge(
     rng: np.random.Generator,
     rule: Rule | None = None,
     held: Sequence[int] | np.ndarray = (),
+    uncertain: Sequence[Effect] = (),
 ) -> Verdict:
     """Detect a gap and identify what explains it.
 
     everything : measurements of all observables of the surfaces; used, held : indices of those that
-    the diagnosis is made from and of those held out, which can only take a name back.
+    the diagnosis is made from and of those held out, which can only take a name back; uncertain :
+    fixed values that the surfaces know changes of, after the effects, which can do that as well.
     """
     rule, measured = rule or Rule(), everything.only(used)
     picture = linear(surfaces, measured, effects, used)
@@ -125,29 +130,20 @@ def judge(
         outside = bool(box.bounds) and box.p < rule.p_chi2
         return Verdict(OUT_OF_BOUNDS if outside else NO_GAP, (), picture, detection, box)
     found = rivals(surfaces, measured, effects, used)
-    if _beats(box, rule, min((one.deviance for one in found.single), default=np.inf)):
+    if _beats(box.wider, surfaces, rule, min((f.deviance for f in found.single), default=np.inf)):
         return Verdict(OUT_OF_BOUNDS, (), picture, detection, box)
     ghost = ghost_probability(picture.residual, picture.prints, rng)
     evidence = _Evidence(surfaces, measured, effects, used, rule, found, ghost)
     kind, names, best = _explained(evidence)
-    p = float("nan")
-    if best is not None and len(held):
+    p, fixed = float("nan"), None
+    if best is not None:
         p = withstands(surfaces, everything, effects, best, used, held)
-    if best is not None and (rival := _remaining_rival(evidence, box, best, p, picture, rng)):
-        kind, names, best = AMBIGUOUS, (*names, rival), None
-    adequacy = {one.effects[0]: one.adequacy(surfaces.degrees) for one in found.single}
+        fixed = otherwise(surfaces, measured, effects, uncertain, used)
+        if rival := _remaining_rival(evidence, [box.wider, fixed], best, p, picture, rng):
+            kind, names, best = AMBIGUOUS, (*names, rival), None
+    weights, adequacy = evidence.weights, evidence.adequacy
     return Verdict(
-        kind,
-        names,
-        picture,
-        detection,
-        box,
-        found,
-        best,
-        ghost,
-        p,
-        evidence.weights,
-        adequacy,
+        kind, names, picture, detection, box, found, best, ghost, p, fixed, weights, adequacy
     )
 
 
@@ -155,9 +151,11 @@ def _is_gap(found: Detection, rule: Rule) -> bool:
     return found.p_effect < rule.p_effect or found.p_chi2 < rule.p_chi2
 
 
-def _beats(box: Fits, rule: Rule, deviance: float) -> bool:
-    """Whether the model with wider bounds is adequate, and of no higher deviance than this."""
-    return box.wider is not None and box.p_wider >= rule.adequacy and box.wider.deviance <= deviance
+def _beats(one: Explanation | None, surfaces: Surfaces, rule: Rule, deviance: float) -> bool:
+    """Whether an explanation, if any, is adequate, and of no higher deviance than this."""
+    if one is None or one.adequacy(surfaces.degrees) < rule.adequacy:
+        return False
+    return one.deviance <= deviance
 
 
 def _outlasts_larger_errors(
@@ -193,15 +191,20 @@ class _Evidence:
         return dict(zip(names, map(float, self.rivals.posterior), strict=True))
 
     @property
+    def adequacy(self) -> dict[str, float]:
+        """Probability of each single effect's fit by its name."""
+        return {f.effects[0]: f.adequacy(self.surfaces.degrees) for f in self.rivals.single}
+
+    @property
     def adequate(self) -> list[Explanation]:
         """Single effects that fit."""
-        fits = [(one, one.adequacy(self.surfaces.degrees)) for one in self.rivals.single]
+        fits = zip(self.rivals.single, self.adequacy.values(), strict=True)
         return [one for one, p in fits if p >= self.rule.adequacy]
 
 
 def _remaining_rival(
     evidence: _Evidence,
-    box: Fits,
+    others: Sequence[Explanation | None],
     best: Explanation,
     held_out: float,
     picture: Linear,
@@ -209,13 +212,15 @@ def _remaining_rival(
 ) -> str:
     """What else than the effects of the library may explain what a name does, "" if nothing.
 
-    held_out : probability of the data held out under the name, nan where there are none.
+    others : the fits with wider bounds and with a fixed value free, where there are such; held_out
+    : probability of the data held out under the name, nan where there are none.
     """
     rule = evidence.rule
     if held_out < rule.held_out:
         return UNKNOWN
-    if _beats(box, rule, best.deviance + rule.lead):
-        return BEYOND
+    for one, rival in zip(others, (BEYOND, FIXED), strict=True):
+        if _beats(one, evidence.surfaces, rule, best.deviance + rule.lead):
+            return rival
     outlasts = _outlasts_larger_errors(evidence.surfaces, evidence.measured, picture, rule, rng)
     return "" if outlasts else MEASUREMENT
 
@@ -249,10 +254,14 @@ def withstands(
 ) -> float:
     """Probability of held-out data as far off as these if an explanation of the used ones is true.
 
+    It is nan where none are held out.
+
     It is that of the rise of chi2 when the held-out data are fitted as well, which allows for the
     errors of the fit and for those that both kinds of data share.
     """
     added = tuple(i for i, e in enumerate(effects) if e.name in explanation.effects)
+    if not len(held):
+        return float("nan")
     both = np.concatenate([used, np.asarray(held, int)])
     once = everything.replicates.copy()
     # what runs with an effect have beyond the noise may be a bend that replicates share
@@ -273,6 +282,7 @@ def _nameable(best: Explanation, evidence: _Evidence) -> bool:
     return (
         evidence.weights[name] >= rule.posterior
         and all(deviance >= best.deviance + rule.lead for deviance in others)
+        and best.adequacy(evidence.surfaces.degrees) >= rule.fit
         and _plausible(best, rule)
         and evidence.ghost < (rule.ghost if degrees >= rule.few else rule.ghost_of_few)
     )

@@ -17,7 +17,7 @@ from calibrator.diagnosis.outcome import (
     Power,
 )
 from calibrator.diagnosis.rule import Rule
-from calibrator.diagnosis.verdict import BEYOND, MEASUREMENT, NONE, UNKNOWN
+from calibrator.diagnosis.verdict import BEYOND, FIXED, MEASUREMENT, NONE, UNKNOWN
 from calibrator.files import write_text
 from calibrator.report.figures import diagnosis as plots
 from calibrator.report.html import Album, note, page, paragraph, section, table
@@ -204,5 +204,6 @@ def _words(name: str) -> str:
         UNKNOWN: "something else",
         MEASUREMENT: "an error of the measurement",
         BEYOND: "parameters beyond their bounds",
+        FIXED: "another value of what the case keeps fixed",
     }
     return others.get(name) or effect_of(name).called

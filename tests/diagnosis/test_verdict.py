@@ -11,6 +11,7 @@ from calibrator.diagnosis.verdict import judge, withstands
 from tests.toy_world import COUNT, EFFECTS, World
 
 ALL = np.arange(COUNT)
+HIDDEN = (1.5, 0, 0, 0)
 
 
 def judged(world, surfaces, seed, kept=ALL, held=(), off=0.0, **hidden):
@@ -124,6 +125,40 @@ def test_effects_that_look_the_same_are_left_ambiguous(world):
     ambiguous = [v for v in verdicts if v.kind == "ambiguous"]
     assert len(ambiguous) >= 3
     assert all({"adhesion", "drag"} <= set(v.effects) for v in ambiguous)
+
+
+def test_a_fixed_value_that_would_do_as_well_takes_a_name_back(world):
+    twins = World(3)
+    twins.effects[3] = 1.02 * twins.effects[0]
+    surfaces = twins.surfaces(np.random.default_rng(5))
+    effects, restitution = EFFECTS[:3], EFFECTS[3:]
+
+    def said(own, seen):
+        return [
+            judge(seen, measured, effects, ALL, np.random.default_rng(1), uncertain=restitution)
+            for measured in (
+                own.measure(seen, np.random.default_rng(s), sizes=HIDDEN) for s in (1, 2)
+            )
+        ]
+
+    for verdict in said(twins, surfaces):
+        assert (verdict.kind, verdict.effects) == ("ambiguous", ("adhesion", "a fixed value"))
+        assert verdict.best is None and verdict.fixed.effects == ("wall",)
+        assert abs(verdict.fixed.amplitude[3] - 1.5) < 4 * verdict.fixed.amplitude_error[3]
+    # where it looks otherwise, it is none
+    for verdict in said(world, world.surfaces(np.random.default_rng(5))):
+        assert (verdict.kind, verdict.effects) == ("named", ("adhesion",))
+
+
+def test_a_name_needs_a_better_fit_than_an_explanation_does(world, surfaces):
+    rng = np.random.default_rng(2)
+    measured = world.measure(surfaces, rng, sizes=HIDDEN)
+    named = judge(surfaces, measured, EFFECTS, ALL, rng)
+    p = named.best.adequacy(surfaces.degrees)
+    rule = Rule(adequacy=p / 4, fit=min(1.01 * p, 1.0))
+    assert named.kind == "named" and p > Rule().fit
+    verdict = judge(surfaces, measured, EFFECTS, ALL, rng, rule)
+    assert (verdict.kind, verdict.effects) == ("ambiguous", ("adhesion", "unknown"))
 
 
 @pytest.mark.parametrize("rule", [Rule(), Rule(reach=0.8)])

@@ -21,7 +21,7 @@ from scipy.stats import binomtest
 from benchmarks.common import rounded, write
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
-from calibrator.diagnosis.verdict import NAMED, NO_GAP, TWO_EFFECTS, Verdict, judge
+from calibrator.diagnosis.verdict import NAMED, NO_GAP, TWO_EFFECTS, Verdict
 from calibrator.runs.database import Database
 from tests.campaigns.foreign import allowance
 from tests.campaigns.foreign.laboratories import is_complete, read, values_of
@@ -82,8 +82,7 @@ def judged(
         for name, extra in zip(SETTINGS, (0.0, more), strict=True):
             own = replace(measured, covariance=measured.covariance + extra)
             rng = np.random.default_rng([laboratory.number, i, 1])
-            verdict = judge(whole.surfaces, own, whole.effects, whole.used, rng, held=whole.held)
-            verdicts[name].append(verdict)
+            verdicts[name].append(whole.verdict(own, rng))
     return {
         name: {
             "first": words(own[0]),

@@ -20,7 +20,6 @@ from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.rivals import rivals
-from calibrator.diagnosis.verdict import judge
 from calibrator.plan.design import sobol
 from calibrator.runs.database import Database
 from tests.campaigns.hidden.errors import errors_of
@@ -88,9 +87,7 @@ def left_out(
         for _ in range(trials):
             errors = errors_of(case.nuisances, FIRST_SEED + index)
             measured = measurements(case, runs, judged, rng, errors)
-            verdict = judge(
-                judged.surfaces, measured, judged.effects, judged.used, rng, held=judged.held
-            )
+            verdict = judged.verdict(measured, rng)
             said.append(verdict.said)
             own = measured.only(judged.used)
             fits = verdict.rivals or rivals(judged.surfaces, own, judged.effects, judged.used)

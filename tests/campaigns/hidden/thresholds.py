@@ -27,7 +27,7 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import explanations, observed
 from calibrator.diagnosis.explanations import Measured
 from calibrator.diagnosis.rule import Rule
-from calibrator.diagnosis.verdict import NAMED, NO_GAP, OUT_OF_BOUNDS, TWO_EFFECTS, Verdict, judge
+from calibrator.diagnosis.verdict import NAMED, NO_GAP, OUT_OF_BOUNDS, TWO_EFFECTS, Verdict
 from calibrator.runs.database import Database
 from tests.campaigns.hidden import matrix
 from tests.campaigns.hidden.campaign import CASE, POOLS
@@ -127,15 +127,8 @@ def verdicts(one: Known, rules: dict[str, Rule]) -> dict[str, Verdict]:
         for module in USERS:
             stack.enter_context(mock.patch(f"calibrator.diagnosis.{module}.explain", fits))
         for name, rule in rules.items():
-            said[name] = judge(
-                one.judged.surfaces,
-                one.measured,
-                one.judged.effects,
-                one.judged.used,
-                np.random.default_rng(one.seed),
-                rule,
-                one.judged.held,
-            )
+            rng = np.random.default_rng(one.seed)
+            said[name] = one.judged.verdict(one.measured, rng, rule)
     return said
 
 

@@ -13,6 +13,7 @@ from calibrator.diagnosis import observed
 from calibrator.diagnosis.explanations import Effect, Explanation, Measured
 from calibrator.diagnosis.gap import Gap
 from calibrator.diagnosis.rivals import Rivals, rivals
+from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.surfaces import Surfaces
 from calibrator.diagnosis.uncertain import WIDE, uncertain
 from calibrator.diagnosis.verdict import Verdict, judge
@@ -65,6 +66,21 @@ class Judged:
     surfaces: Surfaces
     used: np.ndarray
     held: np.ndarray
+
+    def verdict(
+        self, measured: Measured, rng: np.random.Generator, rule: Rule | None = None
+    ) -> Verdict:
+        """What is said of measurements of all observables, before fresh runs."""
+        return judge(
+            self.surfaces,
+            measured,
+            self.effects,
+            self.used,
+            rng,
+            rule,
+            self.held,
+            self.uncertain,
+        )
 
 
 def library(case: Case, database: Database, withheld: str = "") -> Judged:
@@ -144,7 +160,7 @@ def trial(
     errors = errors_of(case.nuisances, one.index)
     everything = measurements(case, runs, judged, rng, errors)
     measured = everything.only(judged.used)
-    verdict = judge(judged.surfaces, everything, judged.effects, judged.used, rng, held=judged.held)
+    verdict = judged.verdict(everything, rng)
     found = verdict.rivals or rivals(judged.surfaces, measured, judged.effects, judged.used)
     best = min(found.single, key=lambda fit: fit.chi2)
     rejected = chi2.sf(found.none.chi2, found.none.degrees) < 0.05

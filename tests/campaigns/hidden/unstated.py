@@ -22,7 +22,7 @@ from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import EFFECTS
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
-from calibrator.diagnosis.verdict import NO_GAP, judge
+from calibrator.diagnosis.verdict import NO_GAP
 from calibrator.runs.database import Database
 from tests.campaigns.hidden.campaign import CASE, POOLS
 from tests.campaigns.hidden.errors import Errors
@@ -100,8 +100,7 @@ def said(case: Case, one: Laboratory, setting: Setting, seed: int) -> list[str]:
     rng, found = np.random.default_rng(seed), []
     for _ in range(TRIALS):
         measured = measurements(told, one.runs, one.judged, rng, errors)
-        surfaces, effects = one.judged.surfaces, one.judged.effects
-        verdict = judge(surfaces, measured, effects, one.judged.used, rng, held=one.judged.held)
+        verdict = one.judged.verdict(measured, rng)
         found.append(verdict.said)
     return found
 
