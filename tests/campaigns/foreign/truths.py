@@ -4,6 +4,9 @@ Kinds, sizes and the way they are drawn are public here, and so is the SHA-256 o
 (commitments.txt, in the format of sha256sum). The truths themselves, each with a salt of its own,
 lie in truths.sealed, packed so that nobody reads them by accident: the runner and, afterwards, the
 judge unpack them, and nothing that a verdict rests on does.
+
+A series is one such draw, in a folder of its own. Once it has been judged, its truths are known,
+and rules may be made with them; then the next series is drawn, which no rule has seen.
 """
 
 import base64
@@ -26,8 +29,8 @@ from tests.campaigns.hidden.laboratory import JITTER
 
 REPO = Path(__file__).resolve().parents[3]
 CASE = REPO / "cases" / "missing_effect.toml"
-COMMITMENTS = Path(__file__).with_name("commitments.txt")
-SEALED = Path(__file__).with_name("truths.sealed")
+SERIES = Path(__file__).with_name("series")
+COMMITMENTS, SEALED = "commitments.txt", "truths.sealed"  # in the folder of a series
 NOTHING, EACH = 12, 4  # laboratories with nothing hidden, and of each kind
 IN_LIBRARY = ("bond_number", "size_spread", "neck_error", "tilt_deg", "wall_friction_ratio")
 OUTSIDE = ("inelastic_and_viscous", "vibration", "soft_grains")
@@ -39,6 +42,7 @@ SHAKING, SHAKING_TIME = (0.7, 1.3), 0.6  # peak acceleration over gravity; [s] s
 SOFT = (2.5e4, 6e4)  # Young's modulus [Pa]: 17 to 40 times below the case's
 REPLICATES, MOST = 8, 14  # runs of an experiment; with spare ones where too few end well
 DRAWN = 5  # of them, by a trial
+IN_A_SERIES = NOTHING + EACH * (len(IN_LIBRARY) + len(OUTSIDE))
 FIRST_SEED, SEEDS_EACH = 1_950_000_000, 10_000
 
 
@@ -48,7 +52,7 @@ class Laboratory:
 
     Attributes
     ----------
-    number : from 1, in the order of the runs, which is drawn as well.
+    number : from 1 on through all series, in the order of the runs, which is drawn as well.
     kind : "nothing", a column of the library, or one of OUTSIDE.
     parameters : rolling and sliding friction.
     hidden : columns with the values that they have in the laboratory.
@@ -74,8 +78,8 @@ class Laboratory:
         ]
 
 
-def drawn(case: Case, secret: int) -> list[Laboratory]:
-    """All laboratories: those with nothing hidden and one of each kind first, each group shuffled.
+def drawn(case: Case, secret: int, series: int = 1) -> list[Laboratory]:
+    """All laboratories of a series: those with nothing hidden and one of each kind first, each group shuffled.
 
     The frictions are uniform over the whole box; those of the laboratories with nothing hidden are
     a Latin square in it, so that its corners are not left out.
@@ -93,7 +97,7 @@ def drawn(case: Case, secret: int) -> list[Laboratory]:
     order = [first[i] for i in rng.permutation(len(first))]
     order += [later[i] for i in rng.permutation(len(later))]
     made = []
-    for number, (kind, level, unit) in enumerate(order, 1):
+    for number, (kind, level, unit) in enumerate(order, 1 + IN_A_SERIES * (series - 1)):
         values = map(float, ex.point(case, unit))
         at = {n: round(v, 6) for n, v in zip(case.problem.names, values, strict=True)}
         made.append(Laboratory(number, kind, at, *_hidden(kind, level, effects, rng)))
@@ -123,32 +127,37 @@ def _hidden(
     return {}, 0.0, 0.0
 
 
-def seal(case: Case) -> None:
-    """Draw the truths from a number that nobody has seen, and publish their hashes."""
-    if SEALED.exists() or COMMITMENTS.exists():
-        raise SystemExit(f"the truths are sealed: {COMMITMENTS.relative_to(REPO)} has their hashes")
-    made = drawn(case, secrets.randbits(64))
+def seal(case: Case) -> int:
+    """Draw the next series from a number that nobody has seen, and publish its hashes."""
+    series = 1 + len(sealed())
+    made = drawn(case, secrets.randbits(64), series)
     lines = [
         json.dumps({"truth": vars(one), "salt": secrets.token_hex(16)}, sort_keys=True)
         for one in made
     ]
-    pack(lines)
-    write_text(
-        COMMITMENTS,
-        "".join(f"{digest(line)}  laboratory {i}\n" for i, line in enumerate(lines, 1)),
-    )
+    folder = SERIES / str(series)
+    folder.mkdir(parents=True)
+    pack(lines, folder)
+    said = [f"{digest(x)}  laboratory {one.number}\n" for x, one in zip(lines, made, strict=True)]
+    write_text(folder / COMMITMENTS, "".join(said))
+    return series
 
 
-def pack(lines: list[str]) -> None:
-    """Write the lines of all truths into the sealed file."""
+def sealed() -> list[Path]:
+    """Folders of all series, in their order."""
+    return sorted((p.parent for p in SERIES.glob(f"*/{SEALED}")), key=lambda p: int(p.name))
+
+
+def pack(lines: list[str], folder: Path) -> None:
+    """Write the lines of all truths of a series into its sealed file."""
     packed = base64.b85encode(zlib.compress("\n".join(lines).encode(), 9)).decode()
     rows = [packed[i : i + 100] for i in range(0, len(packed), 100)]
-    write_text(SEALED, "\n".join(rows) + "\n")
+    write_text(folder / SEALED, "\n".join(rows) + "\n")
 
 
-def unpacked() -> list[str]:
-    """The lines of all truths."""
-    packed = base64.b85decode("".join(read_text(SEALED).split()))
+def unpacked(folder: Path) -> list[str]:
+    """The lines of all truths of a series."""
+    packed = base64.b85decode("".join(read_text(folder / SEALED).split()))
     return zlib.decompress(packed).decode().split("\n")
 
 
@@ -157,18 +166,27 @@ def digest(line: str) -> str:
     return hashlib.sha256(line.encode()).hexdigest()
 
 
+def series_of(number: int) -> int:
+    """The series of a laboratory."""
+    return 1 + (number - 1) // IN_A_SERIES
+
+
 def opened() -> dict[int, tuple[Laboratory, str]]:
-    """The sealed laboratories by number, and the line of each whose hash is public.
+    """The sealed laboratories of all series by number, and the line of each whose hash is public.
 
     Raises SystemExit where one is not the truth whose hash was published.
     """
-    if not SEALED.exists():
-        raise SystemExit(f"{SEALED.name} is not there: the runs need what it hides")
-    published = [line.split()[0] for line in read_text(COMMITMENTS).splitlines()]
-    lines = unpacked()
-    if [digest(line) for line in lines] != published:
-        raise SystemExit("the seal is broken: a truth is not the one whose hash was published")
-    found: list[dict[str, Any]] = [json.loads(line)["truth"] for line in lines]
-    return {
-        one["number"]: (Laboratory(**one), line) for one, line in zip(found, lines, strict=True)
-    }
+    if not sealed():
+        raise SystemExit("no series is sealed: python -m tests.campaigns.foreign seal")
+    found: dict[int, tuple[Laboratory, str]] = {}
+    for folder in sealed():
+        published = [line.split()[0] for line in read_text(folder / COMMITMENTS).splitlines()]
+        lines = unpacked(folder)
+        if [digest(line) for line in lines] != published:
+            raise SystemExit("the seal is broken: a truth is not the one whose hash was published")
+        truths: list[dict[str, Any]] = [json.loads(line)["truth"] for line in lines]
+        found |= {
+            one["number"]: (Laboratory(**one), line)
+            for one, line in zip(truths, lines, strict=True)
+        }
+    return found
