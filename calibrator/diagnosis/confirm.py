@@ -18,6 +18,7 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.basis import CONFIRMED
 from calibrator.diagnosis.explanations import Explanation, explain, tail
+from calibrator.diagnosis.interval import interval
 from calibrator.diagnosis.outcome import Amplitude, ExplanationRun, ObservableRow
 from calibrator.diagnosis.runs import Scene, by_experiment, carried_out
 from calibrator.diagnosis.verdict import Verdict
@@ -30,6 +31,9 @@ from calibrator.runs.workspace import Report, Workspace, made_by
 
 SHORTLIST = 3  # explanations that are run on YADE beside the model as it is
 MOVED = 0.5  # of its standard error: from there on a fit with fresh runs is run once more
+
+
+Ends = tuple[tuple[float, float], ...]  # of the amplitudes' intervals, in plausible sizes
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,19 +71,19 @@ def confirm(
     made = _Runs(space, scene, yes, report)
     first = made.of(tried, 0)
     pairs = [(one, own) for one, own in zip(tried, first, strict=True) if own is not None]
-    index = next((i for i, (one, _) in enumerate(pairs) if one is best), None)
+    index, ends = next((i for i, (one, _) in enumerate(pairs) if one is best), None), None
     if best is not None and index is not None:
-        refit = _refitted(scene, best, pairs[index][1])
+        refit, own = _refitted(scene, best, pairs[index][1])
         if _has_moved(best, refit):
             made.notes.append(_moved_to(scene, best, refit))
             (again,) = made.of([refit], len(tried))
             if again is not None:
-                best, pairs[index] = refit, (refit, again)
+                best, ends, pairs[index] = refit, own, (refit, again)
         else:
-            best = refit
+            best, ends = refit, own
             pairs[index] = (refit, pairs[index][1])
     return Confirmation(
-        tuple(_explanation(scene, one, own) for one, own in pairs),
+        tuple(_explanation(scene, one, own, ends if one is best else None) for one, own in pairs),
         best,
         _rows(scene, [own for _, own in pairs]),
         tuple(made.notes),
@@ -127,10 +131,11 @@ class _Runs:
         return said
 
 
-def _refitted(scene: Scene, best: Explanation, runs: observed.Averages) -> Explanation:
+def _refitted(scene: Scene, best: Explanation, runs: observed.Averages) -> tuple[Explanation, Ends]:
     """What is named, with the size and the place that surfaces corrected by its fresh runs give.
 
-    How well it fits, beside the others, stays what the surfaces say of all of them.
+    How well it fits, beside the others, stays what the surfaces say of all of them. Returns the
+    ends of its amplitudes' 95 % intervals as well.
     """
     noise = scene.surfaces.noise_at(best.unit) / np.sqrt(np.outer(runs.count, runs.count))
     noise = noise + np.diag(scene.surfaces.extra_scatter(best.amplitude) / runs.count)
@@ -138,13 +143,18 @@ def _refitted(scene: Scene, best: Explanation, runs: observed.Averages) -> Expla
     added = tuple(i for i, e in enumerate(scene.effects) if e.name in best.effects)
     measured = scene.measured.only(scene.used)
     found = explain(corrected, measured, scene.effects, added, scene.used)
-    return replace(
+    ends = tuple(
+        interval(corrected, measured, scene.effects, found, scene.used, len(best.unit) + i)
+        for i in range(len(added))
+    )
+    refit = replace(
         best,
         unit=found.unit,
         amplitude=found.amplitude,
         amplitude_error=found.amplitude_error,
         spread=found.spread,
     )
+    return refit, ends
 
 
 def _has_moved(before: Explanation, after: Explanation) -> bool:
@@ -269,18 +279,17 @@ def _rows(scene: Scene, runs: Sequence[observed.Averages]) -> tuple[ObservableRo
     )
 
 
-def _explanation(scene: Scene, one: Explanation, runs: observed.Averages) -> ExplanationRun:
+def _explanation(
+    scene: Scene, one: Explanation, runs: observed.Averages, ends: Ends | None
+) -> ExplanationRun:
+    """What is noted of it; ends : of the 95 % intervals of its amplitudes, where there are any."""
     z = _standardised(scene, runs)
     free, used = len(one.unit) + len(one.effects), z[scene.used]
     unsteady, p_scatter = _unsteady(scene, one, runs)
     return ExplanationRun(
         effects=one.effects,
         parameters_unit=tuple(float(u) for u in one.unit),
-        amplitudes={
-            e.name: Amplitude(ex.column_value(e, a), finite(s * abs(e.scale)))
-            for e, a, s in zip(scene.effects, one.amplitude, one.amplitude_error, strict=True)
-            if e.name in one.effects
-        },
+        amplitudes=_amplitudes(scene, one, ends),
         chi2=one.chi2,
         deviance=one.deviance,
         degrees=one.degrees,
@@ -293,6 +302,19 @@ def _explanation(scene: Scene, one: Explanation, runs: observed.Averages) -> Exp
         gap_held_out=_rms(z[scene.held]) if len(scene.held) else None,
         floor_held_out=1.0,
     )
+
+
+def _amplitudes(scene: Scene, one: Explanation, ends: Ends | None) -> dict[str, Amplitude]:
+    """Its amplitudes by column, in the columns' units."""
+    added = [i for i, e in enumerate(scene.effects) if e.name in one.effects]
+    found = {}
+    for j, i in enumerate(added):
+        effect = scene.effects[i]
+        low, high = sorted(ex.column_value(effect, end) for end in ends[j]) if ends else (None,) * 2
+        value = ex.column_value(effect, one.amplitude[i])
+        error = finite(one.amplitude_error[i] * abs(effect.scale))
+        found[effect.name] = Amplitude(value, error, low, high)
+    return found
 
 
 def _rms(z: np.ndarray) -> float:

@@ -148,7 +148,8 @@ class _Model:
 
     added : indices of the effects; kept : those of the surfaces' observables that were measured;
     unknown : covariance (n, n) of what lies outside the library; box : lower and upper ends (2, d)
-    of the parameters, as shares of their ranges.
+    of the parameters, as shares of their ranges; pinned : index and value of one of x that is not
+    fitted.
     """
 
     surfaces: Surfaces
@@ -158,15 +159,18 @@ class _Model:
     kept: np.ndarray
     unknown: np.ndarray
     box: np.ndarray
+    pinned: tuple[int, float] | None = None
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper end (d + a,) of x."""
         ends = [self.effects[k].bounds for k in self.added]
-        return (
-            np.concatenate([self.box[0], [low for low, _ in ends]]),
-            np.concatenate([self.box[1], [high for _, high in ends]]),
-        )
+        low = np.concatenate([self.box[0], [low for low, _ in ends]])
+        high = np.concatenate([self.box[1], [high for _, high in ends]])
+        if self.pinned is not None:
+            index, value = self.pinned
+            low[index], high[index] = value - AT_END / 2, value + AT_END / 2
+        return low, high
 
     def free(self, x: np.ndarray) -> int:
         """How many of x (d + a,) are fitted: one at its end cannot follow the noise."""
@@ -206,17 +210,19 @@ def explain(
     kept: np.ndarray | None = None,
     unknown: float = 0.0,
     box: np.ndarray | None = None,
+    pinned: tuple[int, float] | None = None,
 ) -> Explanation:
     """Fit parameters and the amplitudes of the added effects (indices) to the measured observables.
 
     kept : indices of the surfaces' observables that were measured, all unless given; unknown : seed
     scatters by which every observable may differ for reasons outside the library; box : ends (2, d)
-    of the parameters, those of their ranges unless given.
+    of the parameters, those of their ranges unless given; pinned : index among parameters and added
+    amplitudes of one that is not fitted, and its value.
     """
     kept = np.arange(len(surfaces.noise)) if kept is None else kept
     own = unknown**2 * np.diag(np.diag(surfaces.noise)[kept])
     ends = np.repeat([[0.0], [1.0]], surfaces.dimensions, axis=1) if box is None else box
-    model = _Model(surfaces, measured, effects, added, kept, own, ends)
+    model = _Model(surfaces, measured, effects, added, kept, own, ends, pinned)
     best, covariance, root, whitening = _fitted(model)
     d, residual = surfaces.dimensions, model.residual(best)
     white, white_slopes = whitening @ residual, whitening @ model.slopes(best)
@@ -262,6 +268,10 @@ def _starts(model: _Model) -> list[np.ndarray]:
     amplitudes = [np.full(a, size) for size in ((0.0, 1.0, -1.0) if a else (0.0,))]
     places = [np.full(model.surfaces.dimensions, share) for share in STARTS]
     starts = [np.concatenate([place, size]) for place in places for size in amplitudes]
+    if model.pinned is not None:
+        for start in starts:
+            start[model.pinned[0]] = model.pinned[1]
+        starts = list(np.unique(starts, axis=0))
     return [s for s in starts if (s >= low).all() and (s <= high).all()]
 
 

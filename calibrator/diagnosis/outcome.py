@@ -154,10 +154,18 @@ class ObservableRow:
 
 @dataclass(frozen=True)
 class Amplitude:
-    """Value of an effect's column with its standard error, in the column's unit; None: unknown."""
+    """Value of an effect's column, in the column's unit.
+
+    Attributes
+    ----------
+    error : its standard error from the curvature at the best fit; None: unknown.
+    low, high : ends of its 95 % interval by profile likelihood, of what is named alone.
+    """
 
     value: float
     error: float | None
+    low: float | None = None
+    high: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ import math
 
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.gap import FEWEST_DEGREES, Gap
-from calibrator.diagnosis.outcome import BoundedFit, Diagnosis, ExplanationRun
+from calibrator.diagnosis.outcome import Amplitude, BoundedFit, Diagnosis, ExplanationRun
 from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.verdict import (
     AMBIGUOUS,
@@ -156,7 +156,7 @@ def _could_have_seen(found: Diagnosis) -> str:
 def _named(found: Diagnosis) -> str:
     best = found.explanations[1]
     parts = [
-        f"{effect_of(name).called} ({name} = {size.value:.3g} +- {_digits(size.error)})"
+        f"{effect_of(name).called} ({name} = {size.value:.3g}{_within(size)})"
         for name, size in best.amplitudes.items()
     ]
     rivals = [one for one in found.explanations[2:] if one.effects]
@@ -170,8 +170,11 @@ def _named(found: Diagnosis) -> str:
     return f"The missing effect is {' and '.join(parts)}{rival}, with posterior {posterior:.2f}."
 
 
-def _digits(error: float | None) -> str:
-    return "an unknown error" if error is None else f"{error:.2g}"
+def _within(size: Amplitude) -> str:
+    """The interval of an amplitude, or where there is none its standard error."""
+    if size.low is not None and size.high is not None:
+        return f", 95 % {size.low:.2g} to {size.high:.2g}"
+    return " +- an unknown error" if size.error is None else f" +- {size.error:.2g}"
 
 
 def _shrunk(found: Diagnosis) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.gap import Detection, Location
 from calibrator.diagnosis.outcome import (
+    Amplitude,
     Diagnosis,
     ExplanationRun,
     FingerprintTable,
@@ -178,7 +179,13 @@ def _proof(tried: Sequence[ExplanationRun], album: Album) -> str:
 
 def _amplitudes(one: ExplanationRun) -> str:
     sizes = one.amplitudes.items()
-    return ", ".join(f"{n} = {with_error(a.value, a.error or 0.0)}" for n, a in sizes) or "–"
+    return ", ".join(f"{n} = {_size(a)}" for n, a in sizes) or "–"
+
+
+def _size(one: Amplitude) -> str:
+    if one.low is None or one.high is None:
+        return with_error(one.value, one.error or 0.0)
+    return f"{one.value:.3g} (95 %: {one.low:.2g} to {one.high:.2g})"
 
 
 def _power(powers: Sequence[Power], album: Album) -> str:

@@ -65,7 +65,10 @@ def test_a_size_is_fitted_once_more_with_what_fresh_runs_say(scene):
     plain = found.surfaces.mean(best.unit, 0 * best.amplitude)[0]
     # the effect is half as large again as its surfaces say, as where it bends
     fresh = plain + 1.5 * (found.surfaces.mean(best.unit, best.amplitude)[0] - plain)
-    refit = _refitted(found, best, Averages(fresh, np.full(COUNT, 50), np.ones(COUNT)))
+    refit, ((low, high),) = _refitted(
+        found, best, Averages(fresh, np.full(COUNT, 50), np.ones(COUNT))
+    )
+    assert low < refit.amplitude[0] < high < best.amplitude[0]
     assert _has_moved(best, refit)
     assert refit.amplitude[0] < best.amplitude[0] - 0.3
     assert refit.deviance == best.deviance  # which compares it with what was not run again
@@ -73,7 +76,7 @@ def test_a_size_is_fitted_once_more_with_what_fresh_runs_say(scene):
     same = Averages(
         found.surfaces.mean(best.unit, best.amplitude)[0], np.full(COUNT, RUNS), np.ones(COUNT)
     )
-    assert not _has_moved(best, _refitted(found, best, same))
+    assert not _has_moved(best, _refitted(found, best, same)[0])
 
 
 def test_surfaces_follow_many_fresh_runs_and_hardly_a_single_one(scene):

@@ -1,6 +1,6 @@
 """Is the verdict right where another engine made the laboratory?
 
-    python -m tests.campaigns.foreign seal      draw the truths and publish their hashes, once
+    python -m tests.campaigns.foreign seal      draw the next series and publish its hashes
     python -m tests.campaigns.foreign run [N]   carry out the runs in LIGGGHTS, N at a time; resumes
     python -m tests.campaigns.foreign judge     judge the laboratories that are complete
 
@@ -18,7 +18,7 @@ def main() -> None:
     what, *some = sys.argv[1:] or ["judge"]
     case = read_case(truths.CASE)
     if what == "seal":
-        truths.seal(case)
+        print(f"series {truths.seal(case)} is sealed")
     elif what == "run":
         laboratories.carry_out(case, int(some[0]) if some else 1)
     elif what == "judge":

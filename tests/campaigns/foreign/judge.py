@@ -21,6 +21,8 @@ from scipy.stats import binomtest
 from benchmarks.common import rounded, write
 from calibrator.case.case import Case
 from calibrator.diagnosis import experiments as ex
+from calibrator.diagnosis.explanations import Measured
+from calibrator.diagnosis.interval import interval
 from calibrator.diagnosis.verdict import NAMED, NO_GAP, TWO_EFFECTS, Verdict
 from calibrator.runs.database import Database
 from tests.campaigns.foreign import allowance
@@ -34,7 +36,6 @@ from tests.campaigns.hidden.trials import Judged, disjoint, library, measurement
 TRIALS = 10
 FIRST_SEED = 60_000  # of the errors
 SETTINGS = ("as it is", "with an allowance for the engine")
-Z = 1.959964  # of a 95 % interval
 
 
 def main(case: Case) -> None:
@@ -74,6 +75,7 @@ def judged(
     """What is said of a laboratory in each setting, by trial, and the frictions of the first."""
     ordered = ex.in_order(case.observables, ex.experiments(case, case.observables))
     verdicts: dict[str, list[Verdict]] = {name: [] for name in SETTINGS}
+    first: dict[str, Measured] = {}
     for i in range(TRIALS):
         rng = np.random.default_rng([laboratory.number, i])
         errors = errors_of(case.nuisances, FIRST_SEED + laboratory.number)
@@ -81,6 +83,7 @@ def judged(
         more = np.diag(allowance.variances(ordered, measured.values))
         for name, extra in zip(SETTINGS, (0.0, more), strict=True):
             own = replace(measured, covariance=measured.covariance + extra)
+            first.setdefault(name, own)
             rng = np.random.default_rng([laboratory.number, i, 1])
             verdicts[name].append(whole.verdict(own, rng))
     return {
@@ -88,7 +91,7 @@ def judged(
             "first": words(own[0]),
             "all": dict(Counter(map(words, own))),
             "p_of_no_gap": rounded(own[0].picture.none.adequacy(whole.surfaces.degrees)),
-            "frictions": frictions(case, laboratory, own[0]),
+            "frictions": frictions(case, laboratory, whole, first[name], own[0]),
         }
         for name, own in verdicts.items()
     }
@@ -99,18 +102,20 @@ def words(verdict: Verdict) -> str:
     return f"{verdict.kind}: {', '.join(verdict.effects)}" if verdict.effects else verdict.kind
 
 
-def frictions(case: Case, laboratory: Laboratory, verdict: Verdict) -> dict[str, list[float]]:
-    """Truth, best fit and the ends of its 95 % interval, of each friction.
+def frictions(
+    case: Case, laboratory: Laboratory, whole: Judged, measured: Measured, verdict: Verdict
+) -> dict[str, list[float]]:
+    """Truth, best fit and the ends of its 95 % interval by profile likelihood, of each friction.
 
     The fit is that with the named effect, or of the model as it is.
     """
-    fit = verdict.best or verdict.picture.none
-    half = Z * np.sqrt(np.diag(fit.spread)[: len(fit.unit)])
-    ends = [ex.point(case, fit.unit + s * half) for s in (0, -1, 1)]
-    return {
-        name: [rounded(v) for v in (laboratory.parameters[name], *(float(e[i]) for e in ends))]
-        for i, name in enumerate(case.problem.names)
-    }
+    fit, used = verdict.best or verdict.picture.none, measured.only(whole.used)
+    found = {}
+    for i, (name, own) in enumerate(zip(case.problem.names, case.problem.parameters, strict=True)):
+        ends = interval(whole.surfaces, used, whole.effects, fit, whole.used, i)
+        best, low, high = own.values_at(np.array([fit.unit[i], *ends]))
+        found[name] = [rounded(float(v)) for v in (laboratory.parameters[name], best, low, high)]
+    return found
 
 
 def counts(results: Sequence[dict[str, Any]], name: str) -> dict[str, Any]:

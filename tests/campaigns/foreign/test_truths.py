@@ -57,15 +57,38 @@ def test_the_runs_hide_what_the_truth_says_and_share_no_seed(case, drawn):
     assert len(set(seeds)) == len(seeds)
 
 
+def test_a_series_follows_the_last_one_with_numbers_and_seeds_of_its_own(
+    case, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(truths, "SERIES", tmp_path)
+    assert [truths.seal(case), truths.seal(case)] == [1, 2]
+    every = truths.opened()
+    assert list(every) == list(range(1, 2 * truths.IN_A_SERIES + 1))
+    assert {truths.series_of(n) for n in list(every)[: truths.IN_A_SERIES]} == {1}
+    assert {truths.series_of(n) for n in list(every)[truths.IN_A_SERIES :]} == {2}
+    found = ex.experiments(case, case.observables)
+    seeds = [
+        {r.parameters["seed"] for own in one.requests(case, found) for r in own}
+        for one, _ in every.values()
+    ]
+    assert len(set().union(*seeds)) == sum(map(len, seeds))
+    lines = [(p / "commitments.txt").read_text().splitlines() for p in truths.sealed()]
+    assert [len(own) for own in lines] == [truths.IN_A_SERIES] * 2 and not {*lines[0]} & {*lines[1]}
+
+
+def test_the_shipped_seals_hold():
+    assert list(truths.opened()) == list(range(1, len(truths.sealed()) * truths.IN_A_SERIES + 1))
+
+
 def test_an_edited_truth_breaks_the_seal(case, tmp_path, monkeypatch):
-    monkeypatch.setattr(truths, "SEALED", tmp_path / "truths.sealed")
-    monkeypatch.setattr(truths, "COMMITMENTS", tmp_path / "commitments.txt")
+    monkeypatch.setattr(truths, "SERIES", tmp_path)
     truths.seal(case)
-    assert len(truths.opened()) == truths.NOTHING + truths.EACH * 8
-    lines = truths.unpacked()
+    assert len(truths.opened()) == truths.IN_A_SERIES
+    (folder,) = truths.sealed()
+    lines = truths.unpacked(folder)
     index = next(i for i, line in enumerate(lines) if '"kind": "nothing"' in line)
     lines[index] = lines[index].replace('"kind": "nothing"', '"kind": "tilt_deg"')
-    truths.pack(lines)
+    truths.pack(lines, folder)
     with pytest.raises(SystemExit, match="the seal is broken"):
         truths.opened()
 

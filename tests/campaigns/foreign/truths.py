@@ -79,10 +79,11 @@ class Laboratory:
 
 
 def drawn(case: Case, secret: int, series: int = 1) -> list[Laboratory]:
-    """All laboratories of a series: those with nothing hidden and one of each kind first, each group shuffled.
+    """All laboratories of a series.
 
-    The frictions are uniform over the whole box; those of the laboratories with nothing hidden are
-    a Latin square in it, so that its corners are not left out.
+    Those with nothing hidden and one of each kind come first, each group shuffled. The frictions
+    are uniform over the whole box; those of the laboratories with nothing hidden are a Latin square
+    in it, so that its corners are not left out.
     """
     rng, d = np.random.default_rng(secret), len(case.problem.names)
     cells = np.array([rng.permutation(NOTHING) for _ in range(d)]).T

@@ -118,6 +118,12 @@ def _names(
             outside, prints_names, "outside_wrongly_named_rate", "outside_wrongly_named", False
         ),
         **counted(detected, covered, "set_coverage", "set_coverage"),
+        **counted(
+            [t for t in single if t.ends is not None and is_right(t)],
+            lambda t: t.ends is not None and t.ends[0] <= t.size <= t.ends[1],
+            "amplitude_in_interval_rate",
+            "amplitude_in_interval",
+        ),
     }
 
 
@@ -197,6 +203,7 @@ def amplitudes(trials: Sequence[Trial]) -> list[dict[str, Any]]:
             "true": t.size,
             "found": t.amplitude[0],
             "error": t.amplitude[1],
+            "interval": t.ends,
         }
         for t in trials
         if t.amplitude is not None and is_right(t)

@@ -12,6 +12,7 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
 from calibrator.diagnosis.explanations import Effect, Explanation, Measured
 from calibrator.diagnosis.gap import Gap
+from calibrator.diagnosis.interval import interval
 from calibrator.diagnosis.rivals import Rivals, rivals
 from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.surfaces import Surfaces
@@ -33,7 +34,8 @@ from tests.campaigns.hidden.truths import Class, true_size
 class Trial:
     """What was hidden in which pool, what was said, and by how much the gap closed.
 
-    size : amplitude of a single effect
+    size : amplitude of a single effect; amplitude, ends : what is found where one is named, with
+    its standard error, and its 95 % interval.
 
     best_chi2, naive, bic : names by simpler rules: the effect of lowest chi2 after a refit, the
     same only where chi2 rejects the model at 5 %, and the one that lowers the Bayesian information
@@ -51,6 +53,7 @@ class Trial:
     naive: str
     bic: str
     amplitude: tuple[float, float] | None = None
+    ends: tuple[float, float] | None = None
     gaps: dict[str, float] = field(default_factory=dict)
 
 
@@ -165,11 +168,13 @@ def trial(
     best = min(found.single, key=lambda fit: fit.chi2)
     rejected = chi2.sf(found.none.chi2, found.none.degrees) < 0.05
     hidden = tuple(n for n in one.truth["hidden"] if n not in OUTSIDE)
-    amplitude, gaps = None, {}
+    amplitude, ends, gaps = None, None, {}
     if verdict.kind == "named":
         assert verdict.best is not None
         k = [e.name for e in judged.effects].index(verdict.effects[0])
         amplitude = (float(verdict.best.amplitude[k]), float(verdict.best.amplitude_error[k]))
+        index = len(verdict.best.unit)
+        ends = interval(judged.surfaces, measured, judged.effects, verdict.best, judged.used, index)
         gaps = closed(judged, everything, found.none, verdict.best, found.single, rng)
     return Trial(
         one.label,
@@ -183,6 +188,7 @@ def trial(
         best.effects[0] if rejected else "none",
         by_bic(found, len(judged.used)),
         amplitude,
+        ends,
         gaps,
     )
 

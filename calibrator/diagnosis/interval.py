@@ -1,0 +1,68 @@
+"""Intervals of what an explanation was fitted with, by profile likelihood.
+
+Friction coefficients trade off against each other along a bent valley, and the errors of the
+surfaces change along it, so that the curvature at the best fit can be far too narrow. The profile
+goes along the valley: it fixes one value and fits all others (Raue et al., Bioinformatics 25 (2009)
+1923-1929).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy import optimize, stats
+
+from calibrator.diagnosis.explanations import Effect, Explanation, Measured, explain
+from calibrator.diagnosis.surfaces import Surfaces
+
+RISE = float(stats.chi2.ppf(0.95, 1))  # of the deviance at the ends of a 95 % interval
+FIRST_STEP, GROWTH, MOST_STEPS = 2.0, 1.6, 8  # from the best value outwards, in its errors
+SHARP = 0.05  # of an error: how well an end is found
+
+
+def interval(
+    surfaces: Surfaces,
+    measured: Measured,
+    effects: Sequence[Effect],
+    best: Explanation,
+    kept: np.ndarray,
+    index: int,
+) -> tuple[float, float]:
+    """Ends of the 95 % interval of a fitted value, those of its range where that comes first.
+
+    They allow for what the surfaces are known to miss. Where an effect bends between the few sizes
+    at which it was run, a size can be off by more.
+
+    measured : the observables at kept, those that best was fitted to; index : of the value among
+    the parameters (as shares of their ranges) and, after them, the added amplitudes (in plausible
+    sizes).
+    """
+    added = tuple(i for i, e in enumerate(effects) if e.name in best.effects)
+    d = surfaces.dimensions
+    at = float(np.concatenate([best.unit, best.amplitude[list(added)]])[index])
+    ends = (0.0, 1.0) if index < d else effects[added[index - d]].bounds
+    error = float(np.sqrt(best.spread[index, index]))
+    width = ends[1] - ends[0]
+    error = min(max(error, 1e-3 * width), width) if np.isfinite(error) else width
+
+    def rise(value: float) -> float:
+        fit = explain(surfaces, measured, effects, added, kept, pinned=(index, value))
+        return fit.deviance - best.deviance - RISE
+
+    return _end(rise, at, error, -1, ends[0]), _end(rise, at, error, 1, ends[1])
+
+
+def _end(rise: Callable[[float], float], at: float, error: float, sign: int, last: float) -> float:
+    """Where a function that rises outwards is zero on one side of a place, or the last value."""
+    inner, step = at, FIRST_STEP * error
+    for _ in range(MOST_STEPS):
+        outer = at + sign * step
+        if (outer - last) * sign >= 0:
+            outer = last
+        if rise(outer) > 0:
+            return float(optimize.brentq(rise, inner, outer, xtol=SHARP * error))
+        if outer == last:
+            return last
+        inner, step = outer, step * GROWTH
+    return last

@@ -1,0 +1,52 @@
+"""Intervals of what was fitted, where the truth is known."""
+
+import numpy as np
+import pytest
+
+from calibrator.diagnosis.explanations import explain
+from calibrator.diagnosis.interval import RISE, interval
+from tests.toy_world import COUNT, EFFECTS, World
+
+ALL = np.arange(COUNT)
+# two parameters, as shares of their ranges, and an amplitude at which the effect hardly bends
+TRUTH = (0.6, 0.4, 0.7)
+
+
+@pytest.fixture(scope="module")
+def fits():
+    """Surfaces of their own, measurements and the fit of the right effect, of many laboratories."""
+    world, found = World(3), []
+    for seed in range(25):
+        surfaces = world.surfaces(np.random.default_rng(100 + seed))
+        measured = world.measure(
+            surfaces, np.random.default_rng(seed), unit=TRUTH[:2], sizes=(TRUTH[2], 0, 0, 0)
+        )
+        found.append((surfaces, measured, explain(surfaces, measured, EFFECTS, (0,))))
+    return found
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_intervals_hold_the_truth_as_often_as_they_say(fits, index):
+    """At 95 % of 25, 21 or fewer would be one case of thirty; no interval is the whole range."""
+    ends = np.array([interval(s, m, EFFECTS, fit, ALL, index) for s, m, fit in fits])
+    assert ((ends[:, 0] <= TRUTH[index]) & (TRUTH[index] <= ends[:, 1])).sum() >= 22
+    assert (np.diff(ends)[:, 0] < (0.6, 0.6, 1.9)[index]).all()
+
+
+def test_at_its_ends_the_deviance_has_risen_as_chi_square_says(fits):
+    surfaces, measured, best = fits[0]
+    for index, value in enumerate((*best.unit, best.amplitude[0])):
+        for end in interval(surfaces, measured, EFFECTS, best, ALL, index):
+            fit = explain(surfaces, measured, EFFECTS, (0,), pinned=(index, end))
+            assert fit.deviance - best.deviance == pytest.approx(RISE, abs=0.4)
+            assert fit.degrees == best.degrees + 1
+        assert abs(value - end) > 0
+
+
+def test_an_end_beyond_the_range_is_that_of_the_range():
+    world = World(3)
+    surfaces = world.surfaces(np.random.default_rng(1))
+    measured = world.measure(surfaces, np.random.default_rng(2), unit=(0.0, 0.5))
+    best = explain(surfaces, measured, EFFECTS)
+    low, high = interval(surfaces, measured, EFFECTS, best, ALL, 0)
+    assert low == pytest.approx(0.0, abs=1e-3) and best.unit[0] < high < 0.5
