@@ -107,7 +107,7 @@ def _found(
 ) -> Diagnosis:
     """The outcome of a tested gap, but for its sentence and the new case."""
     picture = verdict.picture
-    kind, names = _confirmed(verdict, runs.explanations)
+    kind, names = confirmed(verdict, runs.explanations)
     return Diagnosis(
         verdict=kind,
         effects=names,
@@ -171,7 +171,7 @@ def _errors(space: Workspace, scene: Scene, verdict: Verdict) -> tuple[ErrorSize
     )
 
 
-def _confirmed(
+def confirmed(
     verdict: Verdict, explanations: Sequence[ExplanationRun]
 ) -> tuple[str, tuple[str, ...]]:
     """Kind and effects of the verdict, once YADE has been asked.
@@ -240,7 +240,7 @@ def _refutation(
             f"{names} explains the data used, but does not predict those held out (p ="
             f" {verdict.held_out:.2g}): not named"
         ]
-    kept = _confirmed(verdict, explanations) == (verdict.kind, verdict.effects)
+    kept = confirmed(verdict, explanations) == (verdict.kind, verdict.effects)
     if verdict.best is None or kept:
         return []
     runs = [one for one in explanations[1:] if one.effects == verdict.effects]

@@ -13,7 +13,7 @@ from calibrator.case.toml import read_case
 from calibrator.cli import main
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.basis import diagnosis_now
-from calibrator.diagnosis.diagnose import _confirmed, diagnose
+from calibrator.diagnosis.diagnose import confirmed, diagnose
 from calibrator.diagnosis.outcome import Diagnosis
 from calibrator.errors import CalibratorError
 from calibrator.plan import seeds
@@ -120,7 +120,7 @@ def fresh(*effects, gap=1.0, p=0.5, held=1.0, scatter=0.5):
 def test_a_name_needs_fresh_runs_that_meet_the_measurements(runs, kind):
     verdict = SimpleNamespace(kind="named", effects=("bond_number",))
     names = ("bond_number",) if kind == "named" else ("bond_number", "unknown")
-    assert _confirmed(verdict, runs) == (kind, names)
+    assert confirmed(verdict, runs) == (kind, names)
 
 
 def test_where_nothing_is_hidden_no_gap_is_reported_with_what_would_have_been_seen(space):

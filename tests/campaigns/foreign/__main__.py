@@ -2,9 +2,11 @@
 
     python -m tests.campaigns.foreign seal      draw the next series and publish its hashes
     python -m tests.campaigns.foreign run [N]   carry out the runs in LIGGGHTS, N at a time; resumes
+    python -m tests.campaigns.foreign confirm   run in YADE what would be named, as diagnose does
     python -m tests.campaigns.foreign judge     judge the laboratories that are complete
 
-The second writes grid/foreign_laboratories.csv, the third benchmarks/results/foreign.json.
+The second writes grid/foreign_laboratories.csv, the third grid/foreign_confirmed.csv, the last
+benchmarks/results/foreign.json.
 """
 
 import sys
@@ -14,17 +16,17 @@ from tests.campaigns.foreign import laboratories, truths
 
 
 def main() -> None:
-    """Seal, run or judge."""
+    """Seal, run, confirm or judge."""
     what, *some = sys.argv[1:] or ["judge"]
     case = read_case(truths.CASE)
     if what == "seal":
         print(f"series {truths.seal(case)} is sealed")
     elif what == "run":
         laboratories.carry_out(case, int(some[0]) if some else 1)
-    elif what == "judge":
+    elif what in ("confirm", "judge"):
         from tests.campaigns.foreign import judge
 
-        judge.main(case)
+        (judge.confirm if what == "confirm" else judge.main)(case)
     else:
         sys.exit((__doc__ or "").strip())
 

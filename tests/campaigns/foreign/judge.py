@@ -2,16 +2,16 @@
 
 A trial draws five of the runs of each experiment and errors of metrology, as in
 tests/campaigns/hidden/trials.py, and is judged by the same rules from the same shipped runs of
-YADE; the fresh runs by which `diagnose` can take a name back are not made. Trials of a laboratory
-share its runs, so laboratories are counted and not trials: by their first one, which makes them
-independent, and by whether it ever happens in TRIALS. Each trial is judged with and without the
-allowance for the engine (allowance.py).
+YADE. Trials of a laboratory share its runs, so laboratories are counted and not trials: by their
+first one, which makes them independent, and by whether it ever happens in TRIALS. Each trial is
+judged with and without the allowance for the engine (allowance.py), and the first one once more
+with the fresh runs by which `diagnose` can take a name back (fresh.py), where they were made.
 """
 
 import json
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,53 +20,96 @@ from scipy.stats import binomtest
 
 from benchmarks.common import rounded, write
 from calibrator.case.case import Case
+from calibrator.case.lab import Observable
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Measured
 from calibrator.diagnosis.interval import interval
 from calibrator.diagnosis.verdict import NAMED, NO_GAP, TWO_EFFECTS, Verdict
 from calibrator.runs.database import Database
-from tests.campaigns.foreign import allowance
+from tests.campaigns.foreign import allowance, fresh
 from tests.campaigns.foreign.laboratories import is_complete, read, values_of
-from tests.campaigns.foreign.truths import DRAWN, IN_LIBRARY, OUTSIDE, Laboratory, opened
+from tests.campaigns.foreign.truths import (
+    DRAWN,
+    IN_A_SERIES,
+    IN_LIBRARY,
+    OUTSIDE,
+    Laboratory,
+    opened,
+    series_of,
+)
 from tests.campaigns.hidden.errors import errors_of
 from tests.campaigns.hidden.laboratory import SHIPPED
 from tests.campaigns.hidden.rates import smallest
-from tests.campaigns.hidden.trials import Judged, disjoint, library, measurements
+from tests.campaigns.hidden.trials import Judged, disjoint, library, reports
 
 TRIALS = 10
 FIRST_SEED = 60_000  # of the errors
 SETTINGS = ("as it is", "with an allowance for the engine")
+FRESH = "as it is, after fresh runs"  # of YADE, which can take a name back; first trials only
+EVERY = (*SETTINGS, FRESH)
 
 
 def main(case: Case) -> None:
     """Judge what is complete and write the results."""
-    rows, found = read(), ex.experiments(case, case.observables)
+    found = ex.experiments(case, case.observables)
     whole, results = library(case, Database.read(SHIPPED)), []
-    for number, (laboratory, sealed) in sorted(opened().items()):
-        if not is_complete(rows, number, found):
-            continue
-        pool = [values_of(rows, number, e) for e in found]
+    for laboratory, sealed, pool in complete(case):
         result: dict[str, Any] = {**vars(laboratory), "sealed": sealed}
         result["complete_runs"] = {e.name: len(v) for e, v in zip(found, pool, strict=True)}
         if min(map(len, pool)) >= DRAWN:
             result |= judged(case, laboratory, pool, whole)
         results.append(result)
-        said = {name: result[name]["first"] for name in SETTINGS if name in result}
-        print(number, laboratory.kind, f"{laboratory.size:.2f}", said, file=sys.stderr)
+        said = {name: result[name]["first"] for name in EVERY if name in result}
+        print(laboratory.number, laboratory.kind, f"{laboratory.size:.2f}", said, file=sys.stderr)
     if not results:
         sys.exit("no laboratory is complete: see the commands at the top of __main__.py")
-    good = [r for r in results if SETTINGS[0] in r]
+    series = {}
+    for result in results:
+        series.setdefault(series_of(result["number"]), []).append(result)
     figures = {
-        "laboratories": len(results),
-        "of": len(opened()),
-        "without_five_complete_runs": [r["number"] for r in results if SETTINGS[0] not in r],
+        **said_of(series[max(series)]),
+        "series": max(series),
+        "earlier_series": {str(n): said_of(own) for n, own in series.items() if n < max(series)},
         "trials_of_each": TRIALS,
         "engine_standard_errors": {n: rounded(v) for n, v in allowance.standard_errors().items()},
-        **{name: counts(good, name) for name in SETTINGS},
         "smallest_nameable": nameable(case, whole),
         "by_laboratory": results,
     }
     write("foreign", json.loads(json.dumps(figures).replace("NaN", "null")))
+
+
+def complete(case: Case) -> Iterator[tuple[Laboratory, str, list[np.ndarray]]]:
+    """The complete laboratories, their seals, and the runs (runs, n) of each experiment."""
+    rows, found = read(), ex.experiments(case, case.observables)
+    for number, (laboratory, sealed) in sorted(opened().items()):
+        if is_complete(rows, number, found):
+            yield laboratory, sealed, [values_of(rows, number, e) for e in found]
+
+
+def said_of(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The figures of one series."""
+    good = [r for r in results if SETTINGS[0] in r]
+    return {
+        "laboratories": len(results),
+        "of": IN_A_SERIES,
+        "without_five_complete_runs": [r["number"] for r in results if SETTINGS[0] not in r],
+        "without_fresh_runs": [r["number"] for r in good if FRESH not in r],
+        **{name: counts([r for r in good if name in r], name) for name in EVERY},
+    }
+
+
+def trial(
+    case: Case, laboratory: Laboratory, pool: list[np.ndarray], whole: Judged, index: int
+) -> tuple[list[Observable], Measured]:
+    """What a laboratory reports in one of its trials, the first of which counts."""
+    rng = np.random.default_rng([laboratory.number, index])
+    errors = errors_of(case.nuisances, FIRST_SEED + laboratory.number)
+    return reports(case, disjoint(pool, rng, DRAWN)[0], whole, rng, errors)
+
+
+def verdict_on(laboratory: Laboratory, whole: Judged, measured: Measured, index: int) -> Verdict:
+    """What is said of a trial before any fresh run."""
+    return whole.verdict(measured, np.random.default_rng([laboratory.number, index, 1]))
 
 
 def judged(
@@ -77,29 +120,51 @@ def judged(
     verdicts: dict[str, list[Verdict]] = {name: [] for name in SETTINGS}
     first: dict[str, Measured] = {}
     for i in range(TRIALS):
-        rng = np.random.default_rng([laboratory.number, i])
-        errors = errors_of(case.nuisances, FIRST_SEED + laboratory.number)
-        measured = measurements(case, disjoint(pool, rng, DRAWN)[0], whole, rng, errors)
+        reported, measured = trial(case, laboratory, pool, whole, i)
         more = np.diag(allowance.variances(ordered, measured.values))
         for name, extra in zip(SETTINGS, (0.0, more), strict=True):
             own = replace(measured, covariance=measured.covariance + extra)
             first.setdefault(name, own)
-            rng = np.random.default_rng([laboratory.number, i, 1])
-            verdicts[name].append(whole.verdict(own, rng))
-    return {
+            verdicts[name].append(verdict_on(laboratory, whole, own, i))
+        if not i:
+            outlived = fresh.outlived(
+                case, whole, reported, measured, verdicts[SETTINGS[0]][0], dry=True
+            )
+    found = {
         name: {
-            "first": words(own[0]),
-            "all": dict(Counter(map(words, own))),
+            "first": words(own[0].kind, own[0].effects),
+            "all": dict(Counter(words(v.kind, v.effects) for v in own)),
             "p_of_no_gap": rounded(own[0].picture.none.adequacy(whole.surfaces.degrees)),
             "frictions": frictions(case, laboratory, whole, first[name], own[0]),
         }
         for name, own in verdicts.items()
     }
+    if outlived is not None:
+        said = words(*outlived[:2])
+        found[FRESH] = {**found[SETTINGS[0]], "first": said, "all": {said: 1}}
+    return found
 
 
-def words(verdict: Verdict) -> str:
-    """The verdict in words: its kind and the effects that it has."""
-    return f"{verdict.kind}: {', '.join(verdict.effects)}" if verdict.effects else verdict.kind
+def confirm(case: Case) -> None:
+    """Make the fresh runs that may take the names of first trials back; resumes."""
+    whole = library(case, Database.read(SHIPPED))
+    for laboratory, _, pool in complete(case):
+        if min(map(len, pool)) < DRAWN:
+            continue
+        reported, measured = trial(case, laboratory, pool, whole, 0)
+        verdict = verdict_on(laboratory, whole, measured, 0)
+        outlived = fresh.outlived(case, whole, reported, measured, verdict, dry=False)
+        assert outlived is not None
+        kind, effects, records = outlived
+        if records:
+            fresh.keep(records)
+            was = words(verdict.kind, verdict.effects)
+            print(laboratory.number, f"{was} -> {words(kind, effects)}", flush=True)
+
+
+def words(kind: str, effects: Sequence[str]) -> str:
+    """A verdict in words: its kind and the effects that it has."""
+    return f"{kind}: {', '.join(effects)}" if effects else kind
 
 
 def frictions(

@@ -6,7 +6,8 @@ import pytest
 from calibrator.case.toml import read_case
 from calibrator.diagnosis import experiments as ex
 from calibrator.runs.database import Database
-from tests.campaigns.foreign import allowance, judge, truths
+from calibrator.runs.record import Record
+from tests.campaigns.foreign import allowance, fresh, judge, truths
 from tests.campaigns.hidden.laboratory import SHIPPED
 from tests.campaigns.hidden.trials import library
 
@@ -77,3 +78,57 @@ def test_the_allowance_is_of_what_was_compared_only():
     }  # fmt: skip
     rate = more[[o.key for o in ordered].index("hourglass.mass_flow_rate")]
     assert rate == pytest.approx((2.0 * errors["hourglass.mass_flow_rate"]) ** 2)
+
+
+ENDS = np.cumsum([len(e.responses) for e in FOUND])[:-1]
+
+
+@pytest.fixture(scope="module")
+def tilted():
+    """A library, and what is reported, measured and said of a laboratory that stands askew."""
+    whole = library(CASE, Database.read(SHIPPED))
+    size = 1.5 * np.eye(len(whole.effects))[[e.name for e in whole.effects].index("tilt_deg")]
+    mean = whole.surfaces.mean(np.array([0.5, 0.5]), size)[0]
+    runs = np.random.default_rng(3).multivariate_normal(mean, whole.surfaces.noise, 8)
+    one = truths.Laboratory(1, "tilt_deg", {}, {}, 0.0, 1.5)
+    reported, measured = judge.trial(CASE, one, np.split(runs, ENDS, axis=1), whole, 0)
+    verdict = judge.verdict_on(one, whole, measured, 0)
+    assert (verdict.kind, verdict.effects) == ("named", ("tilt_deg",))
+    return whole, reported, measured, verdict
+
+
+@pytest.mark.parametrize("off", [0.0, 5.0])
+def test_a_name_outlives_fresh_runs_that_agree_and_no_others(tilted, monkeypatch, tmp_path, off):
+    """off : scatters of a run by which fresh runs of the name differ from what its surfaces say."""
+    whole, *_, verdict = tilted
+    rng, scatter = np.random.default_rng(4), np.sqrt(np.diag(whole.surfaces.noise))
+    each = CASE.diagnosis.verify_replicates
+
+    def made(space, requests, yes, report):
+        found = {}
+        for i, request in enumerate(requests):  # by explanation, experiment and seed
+            named = len(found) >= each * len(FOUND) or len(requests) == each * len(FOUND)
+            at = verdict.best if named else verdict.picture.none
+            mean = whole.surfaces.mean(at.unit, at.amplitude)[0] + named * off * scatter
+            values = np.split(rng.multivariate_normal(mean, whole.surfaces.noise), ENDS)
+            own = i // each % len(FOUND)
+            responses = dict(zip(FOUND[own].responses, values[own].tolist(), strict=True))
+            found[request.run_id] = Record(request, "ok", responses)
+        return found
+
+    monkeypatch.setattr("calibrator.diagnosis.confirm.carried_out", made)
+    monkeypatch.setattr(fresh, "FOLDER", tmp_path)
+    kind, effects, records = fresh.outlived(CASE, *tilted, dry=False)
+    if off:
+        assert (kind, effects) == ("ambiguous", ("tilt_deg", "unknown"))
+    else:
+        assert (kind, effects) == ("named", ("tilt_deg",))
+    assert len(records) >= 2 * len(FOUND) * each
+
+
+def test_where_fresh_runs_are_missing_nothing_is_said_and_none_is_made(
+    tilted, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(fresh, "FOLDER", tmp_path / "none")
+    assert fresh.outlived(CASE, *tilted, dry=True) is None
+    assert not (tmp_path / "none" / "batches").exists()

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from calibrator.case.case import Case
+from calibrator.case.lab import Observable
 from calibrator.case.vocabulary import RESPONSES
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis import observed
@@ -129,6 +130,17 @@ def measurements(
     errors: Errors,
 ) -> Measured:
     """What is measured on runs (replicates, n) of every experiment, with errors of metrology."""
+    return reports(case, runs, judged, rng, errors)[1]
+
+
+def reports(
+    case: Case,
+    runs: Sequence[np.ndarray],
+    judged: Judged,
+    rng: np.random.Generator,
+    errors: Errors,
+) -> tuple[list[Observable], Measured]:
+    """The rows that the laboratory writes down, and what they are taken for."""
     found = ex.experiments(case, case.observables)
     ordered = ex.in_order(case.observables, found)
     values = errors.of_days(np.hstack(runs), judged.surfaces.noise, rng)
@@ -148,7 +160,7 @@ def measurements(
     found_errors = observed.measured_at_fit(
         reported, nuisances, surfaces, changes, day_error, judged.used
     )
-    return replace(found_errors, values=found_errors.values + shift)
+    return reported, replace(found_errors, values=found_errors.values + shift)
 
 
 def trial(
