@@ -13,8 +13,10 @@ from calibrator.case.toml import read_case
 from calibrator.cli import main
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.basis import diagnosis_now
-from calibrator.diagnosis.diagnose import confirmed, diagnose
+from calibrator.diagnosis.diagnose import _refutation, confirmed, diagnose
+from calibrator.diagnosis.explanations import Effect
 from calibrator.diagnosis.outcome import Diagnosis
+from calibrator.diagnosis.verdict import FIXED
 from calibrator.errors import CalibratorError
 from calibrator.plan import seeds
 from calibrator.plan.seeds import CONFIRM_SEED
@@ -121,6 +123,17 @@ def test_a_name_needs_fresh_runs_that_meet_the_measurements(runs, kind):
     verdict = SimpleNamespace(kind="named", effects=("bond_number",))
     names = ("bond_number",) if kind == "named" else ("bond_number", "unknown")
     assert confirmed(verdict, runs) == (kind, names)
+
+
+def test_a_fixed_value_that_would_do_as_well_is_said_with_its_size():
+    library = [Effect("bed_viscosity", "+", 1e-3), Effect("bond_number", "+", 0.3)]
+    restitution = Effect("restitution", "+-", 0.3, base=0.9, nuisance="fixed:restitution")
+    scene = SimpleNamespace(effects=library, uncertain=[restitution])
+    other = SimpleNamespace(effects=("restitution",), amplitude=np.array([0.0, 0.0, -1.0]))
+    effects = ("bed_viscosity", FIXED)
+    verdict = SimpleNamespace(kind="ambiguous", effects=effects, fixed=other, best=None)
+    (note,) = _refutation(scene, verdict, [])
+    assert "air drag" in note and "a restitution of 0.6 where the case fixes 0.9" in note
 
 
 def test_where_nothing_is_hidden_no_gap_is_reported_with_what_would_have_been_seen(space):

@@ -25,6 +25,7 @@ from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Measured
 from calibrator.diagnosis.interval import interval
 from calibrator.diagnosis.verdict import NAMED, NO_GAP, TWO_EFFECTS, Verdict
+from calibrator.files import read_text
 from calibrator.runs.database import Database
 from tests.campaigns.foreign import allowance, fresh
 from tests.campaigns.foreign.laboratories import is_complete, read, values_of
@@ -33,6 +34,7 @@ from tests.campaigns.foreign.truths import (
     IN_A_SERIES,
     IN_LIBRARY,
     OUTSIDE,
+    SERIES,
     Laboratory,
     opened,
     series_of,
@@ -44,6 +46,8 @@ from tests.campaigns.hidden.trials import Judged, disjoint, library, reports
 
 TRIALS = 10
 FIRST_SEED = 60_000  # of the errors
+# in the folder of a series: what was said of it by the rules that had not seen it
+JUDGED = "judged.json"
 SETTINGS = ("as it is", "with an allowance for the engine")
 FRESH = "as it is, after fresh runs"  # of YADE, which can take a name back; first trials only
 EVERY = (*SETTINGS, FRESH)
@@ -70,6 +74,9 @@ def main(case: Case) -> None:
         **said_of(series[max(series)]),
         "series": max(series),
         "earlier_series": {str(n): said_of(own) for n, own in series.items() if n < max(series)},
+        "first_judged": {
+            p.parent.name: json.loads(read_text(p)) for p in SERIES.glob(f"*/{JUDGED}")
+        },
         "trials_of_each": TRIALS,
         "engine_standard_errors": {n: rounded(v) for n, v in allowance.standard_errors().items()},
         "smallest_nameable": nameable(case, whole),

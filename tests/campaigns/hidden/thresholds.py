@@ -3,9 +3,10 @@
     python -m tests.campaigns.hidden.thresholds    a few minutes; no run is made
 
 The laboratories are those whose truths were known when the rules were made (pools before the last
-test, and sets left out in turn), so that the last test stays one: each is judged once, with one
-draw of its errors of metrology, by the rule as it is and with one threshold changed. A probability
-near one is changed by its distance from one. It writes benchmarks/results/thresholds.json.
+test, sets left out in turn, and the first series of another engine), so that the last tests stay
+what they are: each is judged once, with one draw of its errors of metrology, by the rule as it is
+and with one threshold changed. A probability near one is changed by its distance from one. It
+writes benchmarks/results/thresholds.json.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ from calibrator.diagnosis.explanations import Measured
 from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.verdict import NAMED, NO_GAP, OUT_OF_BOUNDS, TWO_EFFECTS, Verdict
 from calibrator.runs.database import Database
+from tests.campaigns.foreign import judge as foreign
+from tests.campaigns.foreign.truths import DRAWN, series_of
+from tests.campaigns.foreign.truths import OUTSIDE as FOREIGN_OUTSIDE
 from tests.campaigns.hidden import matrix
 from tests.campaigns.hidden.campaign import CASE, POOLS
 from tests.campaigns.hidden.errors import errors_of
@@ -39,13 +43,19 @@ from tests.campaigns.hidden.truths import CONTROL, classes
 
 FRESH_ONLY = ("scatter", "grown")  # thresholds of fresh runs, which are not made here
 FIRST_SEED = 40_000  # of the errors and the Monte Carlo
+GROUPS = ("strong", "middling", "some")  # of effects that can be told
+FOREIGN_SERIES = (1,)  # with which rules were made
 USERS = ("verdict", "rivals", "limits")  # modules that fit explanations
 
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """A laboratory, what it was measured to have, and the surfaces that judge it."""
+    """A laboratory, what it was measured to have, and the surfaces that judge it.
 
+    strength : what is hidden there, "some" where another engine hid it, weak to strong.
+    """
+
+    maker: str
     strength: str
     hidden: tuple[str, ...]
     measured: Measured
@@ -72,6 +82,13 @@ def known(case: Case, shipped: Database) -> Iterator[Known]:
         if replicates := min(map(len, values)):
             runs = [own[:replicates] for own in values]
             yield _known(case, "none", (), runs, library(case, rest), FIRST_SEED + 1000 + index)
+    for laboratory, _, own in foreign.complete(case):
+        if series_of(laboratory.number) in FOREIGN_SERIES and min(map(len, own)) >= DRAWN:
+            kind, seed = laboratory.kind, FIRST_SEED + 2000 + laboratory.number
+            group = {"nothing": "none"}.get(kind, "outside" if kind in FOREIGN_OUTSIDE else "some")
+            _, measured = foreign.trial(case, laboratory, own, whole, 0)
+            hidden = (kind,) if group == "some" else ()
+            yield Known("liggghts", group, hidden, measured, whole, seed)
 
 
 def _known(
@@ -84,7 +101,7 @@ def _known(
 ) -> Known:
     errors = errors_of(case.nuisances, seed)
     measured = measurements(case, runs, judged, np.random.default_rng(seed), errors)
-    return Known(strength, hidden, measured, judged, seed)
+    return Known("yade", strength, hidden, measured, judged, seed)
 
 
 def settings() -> dict[str, Rule]:
@@ -141,7 +158,7 @@ def counted(said: Sequence[tuple[Known, Verdict]]) -> dict[str, list[int]]:
     printed = [
         (one, v) for one, v in said if v.kind in (NAMED, TWO_EFFECTS) and one.strength != "outside"
     ]
-    single = {s: [(o, v) for o, v in said if o.strength == s] for s in ("strong", "middling")}
+    single = {s: [(o, v) for o, v in said if o.strength == s] for s in GROUPS}
     return {
         "false_alarms": share([v.kind != NO_GAP for o, v in said if o.strength == "none"]),
         "out_of_bounds": share([v.kind == OUT_OF_BOUNDS for o, v in said if o.strength == "none"]),
@@ -149,6 +166,7 @@ def counted(said: Sequence[tuple[Known, Verdict]]) -> dict[str, list[int]]:
         **{
             f"{strength}_named": share([v.effects == o.hidden and v.kind == NAMED for o, v in own])
             for strength, own in single.items()
+            if own
         },
         "outside_named": share(
             [set(v.effects) <= set(EFFECTS) and bool(v.effects) and v.kind in (NAMED, TWO_EFFECTS)
@@ -166,8 +184,23 @@ def main() -> None:
         for name, verdict in own.items():
             found[name].append((one, verdict))
         said = own["as it is"]
-        print(one.strength, one.hidden, said.kind, said.effects, file=sys.stderr, flush=True)
-    write("thresholds", {name: counted(own) for name, own in found.items()})
+        print(
+            one.maker,
+            one.strength,
+            one.hidden,
+            said.kind,
+            said.effects,
+            file=sys.stderr,
+            flush=True,
+        )
+    results = {
+        name: {
+            maker: counted([(o, v) for o, v in own if o.maker == maker])
+            for maker in ("yade", "liggghts")
+        }
+        for name, own in found.items()
+    }
+    write("thresholds", results)
 
 
 if __name__ == "__main__":
