@@ -3,6 +3,9 @@
 page         the verb `report`
 answer       what to use, and what is doubtful
 calibration  the interpolant and the search
+model        grains, contact law, time step, cost of a run
+methods      a text for a paper with its own numbers, and what to cite
+seen         what the figures show, in words
 runs         pictures, verification, validation, curves
 diagnosis    the page of a diagnosis
 provenance   failures, versions, cost, the case file

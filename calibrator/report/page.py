@@ -14,6 +14,8 @@ from calibrator.report.answer import answer, candidates_table
 from calibrator.report.calibration import calibration
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, page
+from calibrator.report.methods import methods
+from calibrator.report.model import model
 from calibrator.report.provenance import failures, provenance
 from calibrator.report.runs import pictures, validation, verification
 from calibrator.runs.workspace import Workspace
@@ -32,7 +34,7 @@ class Page:
 
 
 def write_report(space: Workspace) -> Page:
-    """Write report.html and its figures into the folder of the results.
+    """Write report.html, its figures, methods.md and references.bib into the results.
 
     It reads what the verbs noted and searches for nothing; steps that have not been done are named
     with the command that does them. Raises CalibratorError, with the command to run, where
@@ -52,10 +54,12 @@ def write_report(space: Workspace) -> Page:
 SECTIONS: tuple[Callable[[Findings, Album], str], ...] = (
     answer,
     pictures,
+    model,
     calibration,
     candidates_table,
     verification,
     validation,
+    methods,
     failures,
     provenance,
 )

@@ -14,7 +14,9 @@ from calibrator.report.figures import runs as figures
 from calibrator.report.figures.outlines import scenes
 from calibrator.report.findings import Findings, arrays_of, by_distance, missing
 from calibrator.report.html import Album, mark, note, section, table
+from calibrator.report.seen import curves_seen, verification_seen
 from calibrator.report.words import (
+    called,
     experiment_words,
     file_name,
     heading,
@@ -106,11 +108,16 @@ def verification(findings: Findings, album: Album) -> str:
         _verification_table(findings, outcome),
         note(
             "Means of runs with new seeds ± one standard error, and (simulated − target) / target."
-            " A question mark: the mean is too uncertain to tell. None was used to"
-            " calibrate. The band is the compromise's; that of fewer runs is wider, where noise"
-            " decides." + _shipped_note(outcome)
+            " A question mark: the mean is too uncertain to tell. None was used to calibrate. The"
+            " band is the recommended set's; that of fewer runs is wider, where noise decides."
+            + _shipped_note(outcome)
         ),
-        album.figure("verification", caption, lambda: figures.verification(rows)),
+        album.figure(
+            "verification",
+            caption,
+            lambda: figures.verification(rows),
+            verification_seen(outcome),
+        ),
         _run_curves(findings, album),
     )
 
@@ -132,7 +139,7 @@ def _verification_table(findings: Findings, outcome: Mapping[str, Verdict]) -> s
     rows.append(["O1", "", *(number(own.o1, 3) for own in verdicts)])
     rows.append(["good runs", "", *(f"{own.good} of {own.total}" for own in verdicts)])
     rows.append(["verdict", "", *(mark(bool(own.passed), "passed", "failed") for own in verdicts)])
-    caption = "Verification: simulated responses of compromise and individuals, and their errors"
+    caption = "Verification: simulated responses of the candidates, and their errors"
     return table(caption, ["", "target ± band", *map(short, outcome)], rows, 2)
 
 
@@ -203,7 +210,7 @@ def validation(findings: Findings, album: Album) -> str:
             "Validation", missing(findings, "The validation on measurements not used", "validate")
         )
     rows = [
-        [label, *_validation_row(target, own.responses[i])]
+        [called(label), *_validation_row(target, own.responses[i])]
         for i, target in enumerate(problem.held_out)
         for label, own in outcome.by_candidate.items()
     ]
@@ -290,7 +297,8 @@ def _drawn(
     caption = curve.caption.format(setup=experiment_words(experiment))
     pairs = _pairs(runs, curve)
     draw = functools.partial(figures.run_curves, pairs, curve)
-    return album.figure(f"{curve.name}_{file_name(experiment)}", caption, draw)
+    name = f"{curve.name}_{file_name(experiment)}"
+    return album.figure(name, caption, draw, curves_seen(pairs, curve))
 
 
 def _pairs(

@@ -19,12 +19,14 @@ from PIL import Image
 from calibrator.errors import CalibratorError
 from calibrator.plan.requests import plan_requests
 from calibrator.report.page import Page, write_report
-from calibrator.report.words import number
+from calibrator.report.seen import beside
+from calibrator.report.words import number, short
 from calibrator.report.words import text as escaped
 from calibrator.report.words import words as in_words
 from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
 from calibrator.search.outcome import arrays_path, current_calibration
+from calibrator.verification.outcome import Verification
 from tests.conftest import LAB
 from tests.report.made_up import calibrated, finished, workspace
 from tests.report.outline import Outline
@@ -92,7 +94,8 @@ def test_every_target_and_every_candidate_is_named(whole):
     )
     headings = re.findall(r"<th[^>]*>([^<]*)</th>", page)
     for label in current_calibration(space).candidates:
-        assert headings.count(label.removeprefix("individual ")) >= 2, label
+        assert headings.count(short(label)) >= 2, label
+    assert "compromise" not in headings
     assert space.outcome("report", Page) == outcome
 
 
@@ -179,6 +182,39 @@ def test_arrays_of_another_calibration_are_refused(copy):
     path.unlink()
     with pytest.raises(CalibratorError, match="run `calibrator calibrate"):
         write_report(copy)
+
+
+def test_a_response_that_the_parameters_hardly_move_is_said_to_be_uninformative(tmp_path):
+    density = "hourglass,bulk_density,1605.6,"
+    space = workspace(tmp_path, lab=LAB.replace(f"{density}5,8", f"{density}400,1"))
+    outcome = write_report(calibrated(space, curves=False))
+    text = Outline((space.path / "report.html").read_text()).text
+    assert "Bulk density (hourglass) is uninformative, and not drawn" in text
+    drawn = {path.stem for path in outcome.figures if path.stem.startswith("slices")}
+    assert drawn == {
+        "slices_hourglass_drained_equivalent_angle_deg",
+        "slices_hourglass_mass_flow_rate",
+    }
+
+
+def test_alternative_texts_state_what_the_figures_show(whole):
+    space, _, page = whole
+    said = [a["alt"] for tag, a in Outline(page).tags if tag == "img"]
+    verified = space.outcome("verify", Verification).candidates["compromise"].responses
+    off = next(r for r in verified if r.key == "hourglass.mass_flow_rate").relative_error
+    assert any(
+        f"simulated mass flow rate (hourglass) {beside(off)} the measured" in s for s in said
+    )
+    assert any("Interpolated bulk density (hourglass) at the recommended set is" in s for s in said)
+    for words in (
+        "sets on the Pareto front, from O1",
+        "root mean square",
+        "95 % intervals",
+        "correlation",
+        "of variance",
+        "from generation",
+    ):
+        assert sum(words in s for s in said) == 1, words
 
 
 def test_a_failed_verification_is_said_in_the_answer(tmp_path):
