@@ -11,6 +11,7 @@ from pathlib import Path
 
 from calibrator.files import write_text
 from calibrator.report.answer import answer, candidates_table
+from calibrator.report.beside import link_pages
 from calibrator.report.calibration import calibration
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, page
@@ -48,6 +49,7 @@ def write_report(space: Workspace) -> Page:
     whole = page(f"Calibration of {space.case.name}", [make(findings, album) for make in SECTIONS])
     path = space.path / "report.html"
     write_text(path, whole)
+    link_pages(space.path)
     return space.note("report", Page(path, tuple(album.paths)))
 
 
