@@ -38,7 +38,7 @@ def answer(findings: Findings, album: Album) -> str:
                 "The answer",
                 *_warnings(findings),
                 paragraph(_sentences(findings), "answer"),
-                opening(findings),
+                opening(findings, album),
                 overview(findings),
                 _parameters_table(findings),
             ),

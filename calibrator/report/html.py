@@ -108,7 +108,7 @@ def table(
     lines = "\n".join(cells(row, "td") for row in body)
     link = _csv([head, *body], caption)
     return (
-        f'<div class="wide"><table><caption>{text(caption)} {link}</caption>'
+        f'<div class="wide"><table><caption><span>{text(caption)} {link}</span></caption>'
         f"<thead>{cells(head, 'th')}</thead><tbody>\n{lines}\n</tbody></table></div>"
     )
 

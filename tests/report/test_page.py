@@ -18,6 +18,7 @@ from PIL import Image
 
 from calibrator.errors import CalibratorError
 from calibrator.plan.requests import plan_requests
+from calibrator.report.findings import Findings
 from calibrator.report.page import Page, write_report
 from calibrator.report.seen import beside
 from calibrator.report.words import number, short
@@ -121,6 +122,8 @@ def test_after_calibrate_alone_the_page_names_the_commands_to_run(tmp_path):
         and f"calibrator validate {space.case.path}" in text
     )
     assert "not verified" in text and "Use " not in text and "Verified:" not in text
+    first = (space.path / "report.html").read_text().partition("<table")[0]
+    assert "<img" not in first and f"calibrator view {space.case.path}" in first
     for picture in ("hourglass", "ledge", "conical pile"):
         assert f"The picture of the {picture} is missing" in text
     names = "".join(map(str, outcome.figures))
@@ -182,6 +185,15 @@ def test_arrays_of_another_calibration_are_refused(copy):
     path.unlink()
     with pytest.raises(CalibratorError, match="run `calibrator calibrate"):
         write_report(copy)
+
+
+def test_the_first_screen_shows_a_run_of_the_recommended_set_and_how_to_see_it_move(whole):
+    space, _, page = whole
+    first = page[: page.index("<table")]
+    assert first.count("<img") == 1 and "Hourglass in YADE: 30 grains filled, 20" in first
+    assert f"calibrator view {space.case.path}" in first
+    verified = [r.run_id for r in Findings.of(space).verified["compromise"]]
+    assert re.search(r"Run ([0-9a-f]{16}) with", first).group(1) in verified
 
 
 def test_a_response_that_the_parameters_hardly_move_is_said_to_be_uninformative(tmp_path):
