@@ -80,6 +80,7 @@ def _said_database(findings: Findings) -> str:
     noise = ", ".join(
         f"{key_words(k)} {'not known' if v is None else amount(v, response(k), 2)}"
         for k, v in findings.calibration.seed_noise.items()
+        if v is not None or k in findings.interpolant.responses
     )
     return (
         f"The interpolant rests on {good} good runs at {len(_means(findings)[0])} parameter sets. "

@@ -115,7 +115,8 @@ def table(
 
 def _bare(cell: str) -> str:
     """The text of an HTML cell."""
-    return html.unescape(re.sub(r"<[^>]*>", "", cell)).replace("\u00a0", " ").strip()
+    lines = cell.replace("<br>", "; ")
+    return html.unescape(re.sub(r"<[^>]*>", "", lines)).replace("\u00a0", " ").strip()
 
 
 def _csv(rows: Sequence[Sequence[str]], caption: str) -> str:

@@ -89,6 +89,14 @@ def test_the_page_needs_nothing_but_itself_and_every_figure_says_what_it_shows(n
     assert "<details>" in page and page.count('class="csv"') >= 5
 
 
+@pytest.mark.parametrize("page", ["whole", "named"])
+def test_numbers_of_tables_stay_numbers_when_they_are_copied(request, page):
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", request.getfixturevalue(page)[2])
+    values = [cell for cell in cells if re.search("[0-9]", cell)]
+    other = "[\\u2212\\u2070\\u00b9\\u00b2\\u00b3\\u2074-\\u2079\\u207b]"  # minus, superscripts
+    assert len(values) > 50 and not [cell for cell in values if re.search(other, cell)]
+
+
 def test_nothing_missing_and_a_box_that_is_too_small_are_said_first(tmp_path):
     for name, hidden, words in (
         ("none", {}, "Nothing is missing: the model meets the measurements"),

@@ -11,7 +11,6 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from calibrator.report.figures.style import (
     BLUE,
-    COLUMNS,
     INDIVIDUALS,
     INK,
     RECOMMENDED,
@@ -58,18 +57,12 @@ def front_evolution(
     largest = 1.04 * np.max([found.max(axis=0) for found in snapshots.values()], axis=0)
     largest[largest <= 0] = 1.0  # an objective that is zero everywhere still needs an axis
     least = least_shown(front, largest[0])
-    for index, (ax, generation) in enumerate(zip(axes, sorted(snapshots), strict=True)):
-        found = snapshots[generation]
-        require_finite(f"generation {generation}", found)
-        up, last = np.maximum(found[:, 0], least), np.maximum(front[:, 0], least)
-        ax.plot(front[:, 1], last, color=RED, linewidth=1.2, zorder=3)
-        ax.scatter(found[:, 1], up, s=5, color=BLUE, alpha=0.35, linewidth=0)
-        ax.set(
-            title=f"generation {generation}",
-            xlim=(-0.02 * largest[1], largest[1]),
-            ylim=(0.7 * least, 1.5 * largest[0]) if least else (-0.02 * largest[0], largest[0]),
-        )
-        ax.set(xlabel=names[1], ylabel=names[0] if index % COLUMNS == 0 else "")
+    for ax, generation in zip(axes, sorted(snapshots), strict=True):
+        require_finite(f"generation {generation}", snapshots[generation])
+        _draw_generation(ax, snapshots[generation], front, largest, least)
+        ax.set(title=f"generation {generation}", xlabel=names[1])
+        first = ax.get_subplotspec()
+        ax.set_ylabel(names[0] if first is not None and first.is_first_col() else "")
     _enlarge(axes[-1], np.concatenate([front, snapshots[max(snapshots)]]), least)
     _mark(axes[-1], candidates or {}, least)
     if least:
@@ -86,6 +79,19 @@ def front_evolution(
         }
     draw_legend(figure, entries)
     return figure
+
+
+def _draw_generation(
+    ax: Axes, found: np.ndarray, front: np.ndarray, largest: np.ndarray, least: float
+) -> None:
+    """A population (n, 2) and the final front, from zero, or `least`, to the largest of all."""
+    ax.plot(front[:, 1], np.maximum(front[:, 0], least), color=RED, linewidth=1.2, zorder=3)
+    up = np.maximum(found[:, 0], least)
+    ax.scatter(found[:, 1], up, s=5, color=BLUE, alpha=0.35, linewidth=0)
+    ax.set(
+        xlim=(-0.02 * largest[1], largest[1]),
+        ylim=(0.7 * least, 1.5 * largest[0]) if least else (-0.02 * largest[0], largest[0]),
+    )
 
 
 def least_shown(front: np.ndarray, largest: float) -> float:
