@@ -133,8 +133,8 @@ def _said_uninformative(findings: Findings, target: Target) -> str:
     noise = findings.calibration.seed_noise.get(target.key) or 0.0
     measured = target.standard_error or target.tolerance * target.scale / 2
     error = math.hypot(measured, noise / math.sqrt(findings.space.case.verify.replicates))
-    reach = next(t for t in findings.calibration.reachability.targets if t.key == target.key)
-    if reach.high - reach.low >= 2 * error:
+    reach = findings.reach_of(target)
+    if reach is None or reach.high - reach.low >= 2 * error:
         return ""
     quantity = response(target.key)
     return (

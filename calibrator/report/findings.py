@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.fingerprint import Fingerprint
+from calibrator.case.problem import Target
 from calibrator.case.settings import Replicates
 from calibrator.errors import CalibratorError
 from calibrator.files import read_arrays
@@ -22,7 +23,7 @@ from calibrator.responses.table import points_of
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Outcome, Workspace, for_new_seeds
 from calibrator.search.outcome import Calibration, Traces, current_calibration, read_traces
-from calibrator.search.parts import Candidate
+from calibrator.search.parts import Candidate, TargetReach
 from calibrator.verification.outcome import Validation, Verification
 from calibrator.verification.verify import (
     Requests,
@@ -101,6 +102,11 @@ class Findings:
     def compromise(self) -> np.ndarray:
         """Parameter set (d,) of the compromise."""
         return self.calibration.compromise.point(self.space.case.problem.names)
+
+    def reach_of(self, target: Target) -> TargetReach | None:
+        """Which values the box reaches; None for a target that is reported only."""
+        found = {reach.key: reach for reach in self.calibration.reachability.targets}
+        return found.get(target.key)
 
     def command(self, verb: str) -> str:
         """The command that does a step, as HTML."""

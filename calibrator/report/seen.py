@@ -37,14 +37,16 @@ def beside(share: float) -> str:
 def slices_seen(findings: Findings, target: Target) -> str:
     """What becomes of a response along the parameters."""
     promised = findings.calibration.compromise.predicted[target.key].mean
-    reach = next(t for t in findings.calibration.reachability.targets if t.key == target.key)
-    quantity = response(target.key)
-    return (
+    reach, quantity = findings.reach_of(target), response(target.key)
+    said = (
         f"Interpolated {key_words(target.key)} at the recommended set is"
         f" {amount(promised, quantity, 4)}, {beside((promised - target.value) / target.scale)} the"
-        f" measured {amount(target.value, quantity, 4)}; over the whole box it goes from"
-        f" {number(reach.low)} to {number(reach.high)}."
+        f" measured {amount(target.value, quantity, 4)}"
     )
+    if reach is None:
+        return f"{said}."
+    span = f"{number(reach.low)} to {number(reach.high)}"
+    return f"{said}; over the whole box it goes from {span}."
 
 
 def front_seen(findings: Findings) -> str:
