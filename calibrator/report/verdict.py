@@ -113,7 +113,7 @@ def next_of(space: Workspace, found: Diagnosis) -> str:
     if found.explained:
         return text(refuted(found))
     if found.verdict == NO_GAP:
-        return f"calibrate without it, by <code>{text(space.command('all'))}</code>."
+        return f"calibrate the model as it is, by <code>{text(space.command('all'))}</code>."
     if found.verdict == CANNOT_TELL:
         return text(found.sentence.rpartition(": ")[2])
     if found.verdict == OUT_OF_BOUNDS:
