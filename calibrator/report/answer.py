@@ -236,11 +236,11 @@ def _range(low: float, high: float) -> str:
 
 
 def _reason(findings: Findings) -> str:
+    why = findings.in_words(findings.calibration.compromise_reason)
     return (
-        "How the recommended set, the compromise of the front, was chosen:"
-        f" {findings.calibration.compromise_reason}. Intervals come from the profile likelihood;"
-        " one that ends where the search ended is one-sided, and pins nothing down. The best fit"
-        " ignores the computing time."
+        f"How the recommended set, the compromise of the front, was chosen: {why}. Intervals come"
+        " from the profile likelihood; one that ends where the search ended is one-sided, and pins"
+        " nothing down. The best fit ignores the computing time."
     )
 
 

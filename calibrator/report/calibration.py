@@ -47,8 +47,7 @@ REACH = 0.35
 
 def spoken(findings: Findings, sentence: str) -> str:
     """A sentence of the summary with the targets in words."""
-    for target in findings.space.case.problem.targets:
-        sentence = sentence.replace(target.key, key_words(target.key))
+    sentence = findings.in_words(sentence)
     return f"{sentence[:1].upper()}{sentence[1:]}."
 
 

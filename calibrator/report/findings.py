@@ -16,7 +16,7 @@ from calibrator.plan.outcome import Collection
 from calibrator.plan.outcome import rests_on as plan_rests_on
 from calibrator.plan.run import database_records
 from calibrator.report.html import paragraph
-from calibrator.report.words import text
+from calibrator.report.words import key_words, text
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant, Learnt
 from calibrator.responses.table import points_of
@@ -107,6 +107,12 @@ class Findings:
         """Which values the box reaches; None for a target that is reported only."""
         found = {reach.key: reach for reach in self.calibration.reachability.targets}
         return found.get(target.key)
+
+    def in_words(self, sentence: str) -> str:
+        """A sentence of an outcome with the targets' keys in words."""
+        for target in self.space.case.problem.targets:
+            sentence = sentence.replace(target.key, key_words(target.key))
+        return sentence
 
     def command(self, verb: str) -> str:
         """The command that does a step, as HTML."""

@@ -79,7 +79,7 @@ def bibliography(said: str) -> str:
         for entry in re.split(r"^(?=@)", ENTRIES, flags=re.MULTILINE)
         if entry
     }
-    cited = set(re.findall(r"@(\w+)", said))
+    cited = set(re.findall(r"(?<=[\[ ])@(\w+)", said))
     if missing := cited - set(entries):
         raise KeyError(f"no reference {sorted(missing)}")
     return "".join(entry for key, entry in entries.items() if key in cited)
@@ -167,7 +167,7 @@ def _search(findings: Findings) -> str:
         f" {number(s.crossover)}, mutation probability per bit {number(s.mutation)}, seed"
         f" {s.seed}, in {s.repeats} repeats with successive seeds. Its front has"
         f" {found.front_size} sets. The recommended set was chosen by this rule:"
-        f" {found.compromise_reason}."
+        f" {findings.in_words(found.compromise_reason)}."
     )
 
 

@@ -45,8 +45,9 @@ def test_the_references_are_those_that_the_text_cites_each_once(whole):
     space, _, _ = whole
     said, cited = ((space.path / name).read_text() for name in ("methods.md", "references.bib"))
     keys = re.findall(r"^@\w+\{(\w+),$", cited, re.MULTILINE)
-    assert sorted(keys) == sorted(set(re.findall(r"@(\w+)", said)))
+    assert sorted(keys) == sorted(set(re.findall(r"(?<=[\[ ])@(\w+)", said)))
     assert cited.count("{") == cited.count("}")
+    assert bibliography("hourglass@wide_neck is no citation") == ""
     with pytest.raises(KeyError, match="nobody_1900"):
         bibliography("as [@nobody_1900] says")
 
