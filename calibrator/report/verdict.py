@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from calibrator.case.experiment import experiment_name
 from calibrator.case.vocabulary import effect_of
 from calibrator.diagnosis.outcome import Diagnosis, ObservableRow
 from calibrator.diagnosis.sentence import (
@@ -19,6 +20,7 @@ from calibrator.diagnosis.verdict import AMBIGUOUS, CANNOT_TELL, NO_GAP, OUT_OF_
 from calibrator.report.html import note, paragraph, section, table
 from calibrator.report.words import (
     amount,
+    experiment_words,
     in_unit,
     key_words,
     listed,
@@ -51,6 +53,9 @@ def _spoken(space: Workspace, sentence: str) -> str:
     """A sentence of the outcome with parameters in words, and numbers and signs as on a page."""
     for name in space.case.problem.names:
         sentence = sentence.replace(name, words(name))
+    for condition, own in space.case.conditions.items():
+        experiment = experiment_name(own.setup, condition)
+        sentence = sentence.replace(experiment, experiment_words(experiment))
     plain = re.sub(r"(?<=\d)e\+?(-?)0*(?=\d)", r"e\1", sentence)
     return plain.replace(" -> ", " to ").replace("chi2", "χ²").replace("+-", "±")
 
@@ -121,7 +126,7 @@ def next_of(space: Workspace, found: Diagnosis) -> str:
             "widen the bounds, calibrate and diagnose again; where values beyond are impossible,"
             " check the measurements and what the case keeps fixed."
         )
-    return text(next_step(found).removeprefix("Next: "))
+    return text(_spoken(space, next_step(found)).removeprefix("Next: "))
 
 
 def observables(found: Diagnosis) -> str:
