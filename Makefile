@@ -3,6 +3,7 @@
 # make hidden a laboratory on YADE in which moisture is hidden, its diagnosis, and the score   (HIDE=none, soft_grains, ...)
 # make test   install what is missing, run all checks and tests   (make test-cluster: those of --engine slurm alone)
 # make test-debian13   a bare root of Debian 13 (root): make demo, the tests on the real YADE, and the Containerfile's steps, in it
+# make pages  pictures of the report and of a diagnosis at three widths, from a finished demo, into docs/figures/pages
 # make release   check version, changelog and tag, build and check wheel and source archive; uploads nothing
 # make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
 PYTHON ?= python3
@@ -14,7 +15,7 @@ export OMP_NUM_THREADS ?= 1
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
-.PHONY: demo paper hidden live test test-cluster test-debian13 lint lab yade slurm liggghts lammps chromium release lock clean
+.PHONY: demo paper hidden live pages test test-cluster test-debian13 lint lab yade slurm liggghts lammps chromium release lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -36,6 +37,9 @@ live:
 	$(MAKE) hidden HIDE=bond_number SEED=4
 	for h in none soft_grains bond_number; do mkdir -p docs/figures/live/$$h && \
 	  cp results/secret_$$h/diagnosis_figures/*.png results/laboratories/secret_$$h/score.json docs/figures/live/$$h/; done
+
+pages: chromium $(VENV)/.done-test
+	$(BIN)/python -m tests.report.screenshots
 
 test: yade slurm liggghts lammps chromium $(VENV)/.done-test lint
 	$(BIN)/python -m pytest -q

@@ -45,7 +45,7 @@ def sentence(found: Diagnosis) -> str:
     if found.verdict == NO_GAP:
         return (
             f"No gap: the model meets the measurements within their errors (p = {p:.2g})."
-            f" {_at_bounds(found)}{_could_have_seen(found)}{_allowed(found)}"
+            f" {at_bounds(found)}{could_have_seen(found)}{_allowed(found)}"
         )
     if found.verdict == OUT_OF_BOUNDS:
         return _out_of_bounds(found.bounded)
@@ -57,17 +57,18 @@ def sentence(found: Diagnosis) -> str:
     )
     gap = f"Simulation and measurement disagree beyond every known error (p = {p:.2g}{place})"
     if found.explained:
-        told = (_named(found), _shrunk(found) + _errors(found), _refuted(found), _at_bounds(found))
+        closed = shrunk(found) + errors_that_would_do(found)
+        told = (_named(found), closed, refuted(found), at_bounds(found))
         return f"{gap}. {' '.join(told).strip()}"
     if found.verdict == AMBIGUOUS:
-        names = " or ".join(_possible(name) for name in found.effects)
-        return f"{gap}; what explains it is ambiguous: {names}.{_errors(found)} {_next(found)}"
-    return (
-        f"{gap}, and no effect of the library explains it: unknown.{_errors(found)} {_next(found)}"
-    )
+        names = " or ".join(possible(name) for name in found.effects)
+        gap += f"; what explains it is ambiguous: {names}."
+    else:
+        gap += ", and no effect of the library explains it: unknown."
+    return f"{gap}{errors_that_would_do(found)} {next_step(found)}"
 
 
-def _errors(found: Diagnosis) -> str:
+def errors_that_would_do(found: Diagnosis) -> str:
     """Which errors of the measurement would explain the gap by themselves, and what was allowed."""
     would = [one for one in found.errors if one.needed is not None and one.p >= Rule().adequacy]
     would.sort(key=lambda one: abs(one.needed or 0.0) / one.stated)
@@ -90,7 +91,7 @@ def _allowed(found: Diagnosis) -> str:
     return f" An error of each day of {size:g} replicate scatters is allowed for (day_error)."
 
 
-def _at_bounds(found: Diagnosis) -> str:
+def at_bounds(found: Diagnosis) -> str:
     """A sentence where parameters are at their bounds, else nothing."""
     if found.bounded is None or not found.bounded.at_bounds:
         return ""
@@ -117,7 +118,8 @@ def _out_of_bounds(fit: BoundedFit | None) -> str:
     )
 
 
-def _possible(name: str) -> str:
+def possible(name: str) -> str:
+    """An explanation in words."""
     others = {
         NONE: "nothing",
         UNKNOWN: "something unknown",
@@ -128,7 +130,7 @@ def _possible(name: str) -> str:
     return others.get(name) or effect_of(name).called
 
 
-def _next(found: Diagnosis) -> str:
+def next_step(found: Diagnosis) -> str:
     """What to measure next: without each effect in question, else once more where the gap is."""
     if cures := _cures(found):
         return (
@@ -142,7 +144,8 @@ def _next(found: Diagnosis) -> str:
     )
 
 
-def _could_have_seen(found: Diagnosis) -> str:
+def could_have_seen(found: Diagnosis) -> str:
+    """What would have been seen, had it been there."""
     seen = [
         p.detectable
         for p in found.powers
@@ -177,7 +180,8 @@ def _within(size: Amplitude) -> str:
     return " +- an unknown error" if size.error is None else f" +- {size.error:.2g}"
 
 
-def _shrunk(found: Diagnosis) -> str:
+def shrunk(found: Diagnosis) -> str:
+    """By how much the gap shrinks with the named effect, and beside random ones."""
     texts = []
     for gap, words in _gaps(*found.explanations[:2]):
         closed = f", {gap.closed:.0%} closed" if gap.closed >= 0 else ""
@@ -202,7 +206,8 @@ def _gaps(before: ExplanationRun, after: ExplanationRun) -> list[tuple[Gap, str]
     return gaps
 
 
-def _refuted(found: Diagnosis) -> str:
+def refuted(found: Diagnosis) -> str:
+    """What would refute the named effect."""
     return f"It would be refuted if the gap stayed after {' and '.join(_cures(found))}."
 
 

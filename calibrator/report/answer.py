@@ -38,11 +38,16 @@ def answer(findings: Findings, album: Album) -> str:
                 "The answer",
                 *_warnings(findings),
                 paragraph(_sentences(findings), "answer"),
+                opening(findings, album),
                 overview(findings),
-                opening(findings),
                 _parameters_table(findings),
             ),
-            section("What was asked", paragraph(question(findings)), _targets_table(findings)),
+            section(
+                "What was asked",
+                paragraph(question(findings)),
+                paragraph(text(objectives(findings)), "small"),
+                _targets_table(findings),
+            ),
         ]
     )
 
@@ -57,6 +62,12 @@ def question(findings: Findings) -> str:
         + (", with the least computing time?" if _costs(findings) else "?")
         + (f" Held out to test the answer: {held_out}." if held_out else "")
     )
+
+
+def objectives(findings: Findings) -> str:
+    """What the search made small, in a sentence."""
+    said = [OBJECTIVES[name] for name in findings.space.case.search.objectives]
+    return f"Made small: {listed([f'{one.symbol}, the {one.about}' for one in said])}."
 
 
 def _costs(findings: Findings) -> bool:
@@ -112,7 +123,7 @@ def _said_values(findings: Findings) -> str:
         )
     if findings.verification is not None and findings.verification.passed:
         return f"Use {listed(said)}."
-    return f"The compromise is {listed(said)}, <b>not verified</b>."
+    return f"The recommended set is {listed(said)}, <b>not verified</b>."
 
 
 def _said_verified(findings: Findings) -> str:
@@ -170,7 +181,7 @@ def _said_outside(findings: Findings) -> str:
         return ""
     names = text(listed([words(name) for name in outside]))
     why = "To save computing time the" if _costs(findings) else "The"
-    return f"{why} compromise leaves the 95 % interval of {names}."
+    return f"{why} recommended set leaves the 95 % interval of {names}."
 
 
 def _said_truth(findings: Findings) -> str:
@@ -184,7 +195,7 @@ def _said_truth(findings: Findings) -> str:
     if not off:
         return ""
     return (
-        "The lab is synthetic; from the truth behind it the compromise is off by"
+        "The lab is synthetic; from the truth behind it the recommended set is off by"
         f" {text(listed(off))}."
     )
 
@@ -204,7 +215,7 @@ def _parameters_table(findings: Findings) -> str:
             mark(profile.pinned, "yes", "no"),
         ]
         rows.append(row + [number(profile.truth)] * truth_known)
-    head = ["parameter", "compromise", "95 % interval", "best fit", "searched", "pinned down"]
+    head = ["parameter", short(COMPROMISE), "95 % interval", "best fit", "searched", "pinned down"]
     head += ["truth"] * truth_known
     reason = paragraph(text(_reason(findings)), "small")
     return table("Calibrated parameters", head, rows, 1) + reason
@@ -225,10 +236,11 @@ def _range(low: float, high: float) -> str:
 
 
 def _reason(findings: Findings) -> str:
+    why = findings.in_words(findings.calibration.compromise_reason)
     return (
-        f"How the compromise was chosen: {findings.calibration.compromise_reason}. Intervals"
-        " come from the profile likelihood; one that ends where the search ended is one-sided, and"
-        " pins nothing down. The best fit ignores the computing time."
+        f"How the recommended set, the compromise of the front, was chosen: {why}. Intervals come"
+        " from the profile likelihood; one that ends where the search ended is one-sided, and pins"
+        " nothing down. The best fit ignores the computing time."
     )
 
 
@@ -258,7 +270,7 @@ def candidates_table(findings: Findings, album: Album) -> str:
             ]
         )
     caption = (
-        "Calibration: compromise and individuals, with the errors and objectives that the"
+        "Calibration: the recommended set and individuals, with the errors and objectives that the"
         " interpolant promises"
     )
     meaning = "Errors are (predicted − target) / target ± one standard error of the interpolant."

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
 from calibrator.case.experiment import parts_of
+from calibrator.case.problem import Target
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.report.figures import calibration as figures
 from calibrator.report.figures import search as search_figures
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, folded, note, paragraph, section
+from calibrator.report.seen import (
+    distance_seen,
+    front_seen,
+    likelihood_seen,
+    parity_seen,
+    ridge_seen,
+    sensitivity_seen,
+    slices_seen,
+)
 from calibrator.report.words import (
     amount,
     axis_label,
     file_name,
     key_words,
+    number,
     response,
     text,
     words,
@@ -35,8 +47,7 @@ REACH = 0.35
 
 def spoken(findings: Findings, sentence: str) -> str:
     """A sentence of the summary with the targets in words."""
-    for target in findings.space.case.problem.targets:
-        sentence = sentence.replace(target.key, key_words(target.key))
+    sentence = findings.in_words(sentence)
     return f"{sentence[:1].upper()}{sentence[1:]}."
 
 
@@ -68,6 +79,7 @@ def _said_database(findings: Findings) -> str:
     noise = ", ".join(
         f"{key_words(k)} {'not known' if v is None else amount(v, response(k), 2)}"
         for k, v in findings.calibration.seed_noise.items()
+        if v is not None or k in findings.interpolant.responses
     )
     return (
         f"The interpolant rests on {good} good runs at {len(_means(findings)[0])} parameter sets. "
@@ -91,20 +103,44 @@ def _slices(findings: Findings, album: Album, key: str) -> str:
     known = findings.calibration.seed_noise.get(key)
     noise = np.array([np.nan if known is None else known])
     replicates = findings.space.case.verify.replicates
+    if said := _said_uninformative(findings, target):
+        return note(said)
     band = float(bands([dataclasses.replace(target, weight=1.0)], noise, replicates)[0])
     seen = problem.seen_by(target.experiment)
     success = Success.of_experiment(problem, target.experiment, findings.records)
     panels = [_slice(findings, column, problem.names.index(n), success) for n in seen]
     caption = (
-        f"{key_words(key).capitalize()} along each parameter, the others at the compromise. The"
-        f" band is that within which the mean of {replicates} fresh runs meets the target; bars are"
-        " one standard error of the mean."
+        f"{key_words(key).capitalize()} along each parameter, the others at the recommended set."
+        f" The band is that within which the mean of {replicates} fresh runs meets the target; bars"
+        " are one standard error of the mean."
     )
     label = axis_label(response(key))
     return album.figure(
         f"slices_{file_name(key)}",
         caption,
         lambda: figures.slices(panels, label, target.value, band),
+        slices_seen(findings, target),
+    )
+
+
+def _said_uninformative(findings: Findings, target: Target) -> str:
+    """A sentence where the parameters hardly move a response over the whole box; else empty.
+
+    It tells nothing then: two standard errors of the difference between the measurement and the
+    mean of the verification's runs are more than all of its range.
+    """
+    noise = findings.calibration.seed_noise.get(target.key) or 0.0
+    measured = target.standard_error or target.tolerance * target.scale / 2
+    error = math.hypot(measured, noise / math.sqrt(findings.space.case.verify.replicates))
+    reach = findings.reach_of(target)
+    if reach is None or reach.high - reach.low >= 2 * error:
+        return ""
+    quantity = response(target.key)
+    return (
+        f"{key_words(target.key).capitalize()} is uninformative, and not drawn: the parameters move"
+        f" it from {number(reach.low)} to {amount(reach.high, quantity, 4)} over the whole box,"
+        f" less than the two standard errors of {amount(2 * error, quantity, 2)} to which"
+        " measurement and fresh runs can be compared."
     )
 
 
@@ -147,6 +183,7 @@ def _parity(findings: Findings, album: Album) -> str:
         "parity",
         caption,
         lambda: figures.parity(findings.interpolant.values, predicted, std, labels),
+        parity_seen(findings),
     )
 
 
@@ -168,13 +205,27 @@ def _front(findings: Findings, album: Album) -> str:
     axes = [f"{OBJECTIVES[n].symbol} ({words(n)})" for n in objectives]
     caption = (
         f"The population of the genetic algorithm on its way to the Pareto front. {names[0]};"
-        f" {names[1]}."
+        f" {names[1]}.{_said_scale(findings)}"
     )
     snapshots = {generation: found[:, :2] for generation, found in traces.snapshots.items()}
     return album.figure(
         "front_evolution",
         caption,
         lambda: search_figures.front_evolution(snapshots, traces.objectives[:, :2], axes, marks),
+        front_seen(findings),
+    )
+
+
+def _said_scale(findings: Findings) -> str:
+    """What a logarithmic axis hides; empty for a linear one."""
+    traces = findings.traces
+    largest = max(float(found[:, 0].max()) for found in traces.snapshots.values())
+    least = search_figures.least_shown(traces.objectives, largest)
+    if not least:
+        return ""
+    return (
+        f" The axis upwards is logarithmic, as the front is close to zero; what is below"
+        f" {number(least, 2)} is drawn there."
     )
 
 
@@ -185,7 +236,10 @@ def _distance(findings: Findings, album: Album) -> str:
         " seeds."
     )
     return album.figure(
-        "generational_distance", caption, lambda: search_figures.generational_distance(curves)
+        "generational_distance",
+        caption,
+        lambda: search_figures.generational_distance(curves),
+        distance_seen(curves),
     )
 
 
@@ -208,7 +262,12 @@ def _likelihood(findings: Findings, album: Album) -> str:
         " others adapt. Values under the grey line, χ² = 3.84 above the minimum, are accepted at 95"
         " %; a flat curve means that the targets say nothing."
     )
-    return album.figure("profile_likelihood", caption, lambda: figures.profile_likelihood(found))
+    return album.figure(
+        "profile_likelihood",
+        caption,
+        lambda: figures.profile_likelihood(found),
+        likelihood_seen(findings),
+    )
 
 
 def _ridge(findings: Findings, album: Album) -> str:
@@ -228,6 +287,7 @@ def _ridge(findings: Findings, album: Album) -> str:
         "ridge",
         caption,
         lambda: figures.ridge(found.accepted, bounds, labels, findings.compromise, failed, logs),
+        ridge_seen(findings),
     )
 
 
@@ -243,4 +303,9 @@ def _sensitivity(findings: Findings, album: Album) -> str:
         " leaving parts of the database out."
     )
     labels, names = [key_words(k) for k in found.responses], [words(n) for n in found.parameters]
-    return album.figure("sensitivity", caption, lambda: figures.sensitivity(indices, labels, names))
+    return album.figure(
+        "sensitivity",
+        caption,
+        lambda: figures.sensitivity(indices, labels, names),
+        sensitivity_seen(findings),
+    )

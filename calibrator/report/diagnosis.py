@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calibrator.case.vocabulary import effect_of
+from calibrator import __version__
+from calibrator.case.vocabulary import PARAMETERS, effect_of
 from calibrator.diagnosis.gap import Detection, Location
 from calibrator.diagnosis.outcome import (
     Amplitude,
@@ -20,21 +21,36 @@ from calibrator.diagnosis.outcome import (
 from calibrator.diagnosis.rule import Rule
 from calibrator.diagnosis.verdict import BEYOND, FIXED, MEASUREMENT, NONE, UNKNOWN
 from calibrator.files import write_text
+from calibrator.report import diagnosis_seen as seen
+from calibrator.report.beside import link_pages
 from calibrator.report.figures import diagnosis as plots
-from calibrator.report.html import Album, note, page, paragraph, section, table
-from calibrator.report.words import key_words, number, text, with_error
+from calibrator.report.html import Album, folded, note, page, paragraph, section, table
+from calibrator.report.verdict import opening
+from calibrator.report.words import (
+    experiment_words,
+    in_unit,
+    key_words,
+    number,
+    percent,
+    text,
+    with_error,
+    words,
+)
 from calibrator.runs.workspace import Workspace
+
+PAGE = "diagnosis.html"
 
 
 def write_diagnosis(space: Workspace, found: Diagnosis) -> str:
     """Write diagnosis.html and its figures into the folder of the results; returns its path."""
-    path = space.folder() / "diagnosis.html"
+    path = space.folder() / PAGE
     folder = space.folder("diagnosis_figures")
     for old in folder.glob("*.png"):
         old.unlink()
     album = Album(folder)
-    title = f"What is missing from the model of {text(space.case.name)}?"
-    parts = [f"<h1>{title}</h1>{paragraph(text(found.sentence), 'answer')}"]
+    title = f"What is missing from the model of {words(space.case.name)}?"
+    about = paragraph(text(space.case.about), "about")
+    parts = [f"<header><h1>{text(title)}</h1>{about}</header>", opening(space, found)]
     if found.detection is not None:
         parts.append(_where(found, found.detection, album))
         parts.append(_what(found, found.detection, album))
@@ -42,20 +58,22 @@ def write_diagnosis(space: Workspace, found: Diagnosis) -> str:
         parts.append(_proof(found.explanations, album))
     if found.powers:
         parts.append(_power(found.powers, album))
-    write_text(path, page(f"What is missing from {space.case.name}?", parts))
+    parts.append(_rests_on(space, found))
+    write_text(path, page(title, parts))
+    link_pages(space.path)
     return str(path)
 
 
 def _where(found: Diagnosis, detection: Detection, album: Album) -> str:
-    words = (
+    said = (
         f"χ² = {number(detection.chi2)} with {detection.degrees} degrees of freedom, p ="
         f" {number(detection.p_chi2, 2)}; best single effect, p ="
         f" {number(detection.p_effect, 2)}."
     )
-    figures = [_residuals(found, album)]
+    parts = [_residuals(found, album)]
     if found.locations:
-        figures.append(_locations(found.locations, album))
-    return section("Where the disagreement is", paragraph(words), *figures)
+        parts.append(_locations(found.locations, album))
+    return section("Where the disagreement is", paragraph(said), *parts)
 
 
 def _residuals(found: Diagnosis, album: Album) -> str:
@@ -72,30 +90,39 @@ def _residuals(found: Diagnosis, album: Album) -> str:
             z[:, 0],
             z[:, 1] if named else None,
         ),
+        seen.residuals(found),
     )
 
 
 def _locations(places: Sequence[Location], album: Album) -> str:
-    return album.figure(
+    names = [experiment_words(place.experiment) for place in places]
+    rows = [
+        [text(name), number(place.chi2, 3), str(place.degrees), number(place.p_holm, 2)]
+        for name, place in zip(names, places, strict=True)
+    ]
+    figure = album.figure(
         "locations",
         "Each experiment predicted from all others; p is corrected for looking at all of them"
         " (Holm).",
-        lambda: plots.locations(
-            [place.experiment for place in places], np.array([place.p_holm for place in places])
-        ),
+        lambda: plots.locations(names, np.array([place.p_holm for place in places])),
+        seen.locations(places),
     )
+    head = ["experiment", "χ²", "degrees of freedom", "p (Holm)"]
+    return figure + table("Experiments that disagree with the others", head, rows)
 
 
 def _what(found: Diagnosis, detection: Detection, album: Album) -> str:
-    figures = []
+    parts, details = [], []
+    if found.posterior:
+        parts.append(_posterior(found, album))
     if found.fingerprints is not None:
         rows = [row for row in found.observables if row.used]
-        figures += _fingerprints(found.fingerprints, rows, album)
-    if found.posterior:
-        figures.append(_posterior(found, album))
-    if found.fingerprints is not None and found.ghosts is not None:
-        figures.append(_ghosts(found.fingerprints, found.ghosts, detection.chi2, album))
-    return section("What explains it", *figures, *(note(one) for one in found.notes))
+        details += _fingerprints(found.fingerprints, rows, album)
+        if found.ghosts is not None:
+            details.append(_ghosts(found.fingerprints, found.ghosts, detection.chi2, album))
+    if details:
+        parts.append(folded("What each effect does, and which look alike", *details))
+    return section("What explains it", *parts)
 
 
 def _fingerprints(
@@ -112,12 +139,14 @@ def _fingerprints(
             lambda: plots.heat(
                 [_label(row) for row in rows], names, shifts, "fingerprints", largest
             ),
+            seen.fingerprints(prints, [_label(row) for row in rows]),
         ),
         album.figure(
             "confusability",
             "Likeness of the effects after recalibration: 1.0 for two that these observables cannot"
             " tell apart.",
             lambda: plots.heat(names, names, likeness, "confusability |cos ψ|", 1.0),
+            seen.confusability(prints),
         ),
     ]
 
@@ -126,11 +155,17 @@ def _posterior(found: Diagnosis, album: Album) -> str:
     rule = Rule()
     adequate = {_words(name): p >= rule.adequacy for name, p in found.adequacy.items()}
     weights = {_words(name): weight for name, weight in found.posterior.items()}
-    return album.figure(
+    rows = [
+        [text(_words(name)), number(weight, 3), number(found.adequacy.get(name), 2)]
+        for name, weight in found.posterior.items()
+    ]
+    figure = album.figure(
         "posterior",
         "Probability of each explanation, all parameters recalibrated with it.",
         lambda: plots.posterior(weights, adequate, rule.posterior),
+        seen.posterior(weights),
     )
+    return figure + table("Explanations", ["explanation", "probability", "p of its fit"], rows)
 
 
 def _ghosts(prints: FingerprintTable, ghosts: Ghosts, chi2: float, album: Album) -> str:
@@ -143,6 +178,7 @@ def _ghosts(prints: FingerprintTable, ghosts: Ghosts, chi2: float, album: Album)
         "Any library shrinks a gap: grey, what the same effects reach when turned into random"
         " directions.",
         lambda: plots.ghosts(shares, ghosts.ghost_median, ghosts.ghost_95),
+        seen.ghosts(ghosts),
     )
 
 
@@ -157,6 +193,7 @@ def _proof(tried: Sequence[ExplanationRun], album: Album) -> str:
             np.array(held) if len(held) == len(tried) else None,
             (tried[0].floor_used, tried[0].floor_held_out),
         ),
+        seen.gap(tried),
     )
     head = ["model", "amplitude", "χ²", "p of its fit", "gap, data used", "gap, held out"]
     rows = [
@@ -171,9 +208,10 @@ def _proof(tried: Sequence[ExplanationRun], album: Album) -> str:
         for one in tried
     ]
     return section(
-        "That it went away",
+        "Whether it goes away",
         figure,
         table("Explanations that were run on YADE, best parameters of each", head, rows),
+        note("The gap is the root mean square of the residuals, in standard errors."),
     )
 
 
@@ -189,15 +227,49 @@ def _size(one: Amplitude) -> str:
 
 
 def _power(powers: Sequence[Power], album: Album) -> str:
-    seen, named = np.array([power.sizes for power in powers]).T
+    sizes = np.array([power.sizes for power in powers])
+    figure = album.figure(
+        "powers",
+        "Smallest amplitudes that these observables show in 80 of 100 cases, and that they tell"
+        " from the nearest rival.",
+        lambda: plots.powers([power.called for power in powers], sizes[:, 0], sizes[:, 1]),
+        seen.powers(powers),
+    )
+    head = ["effect", "column", "plausible", "seen from", "named from", "hidden by recalibration"]
+    rows = [
+        [
+            text(power.called),
+            text(power.effect) + in_unit(PARAMETERS[power.effect]),
+            number(power.scale, 3),
+            number(power.smallest_detectable, 2),
+            number(power.smallest_nameable, 2),
+            percent(power.absorbed, signed=False, digits=0),
+        ]
+        for power in powers
+    ]
     return section(
-        "What could have been seen",
-        album.figure(
-            "powers",
-            "Smallest amplitudes that these observables show in 80 of 100 cases, and that they tell"
-            " from the nearest rival.",
-            lambda: plots.powers([power.called for power in powers], seen, named),
-        ),
+        "What could have been seen", table("Sizes that are seen and named", head, rows), figure
+    )
+
+
+def _rests_on(space: Workspace, found: Diagnosis) -> str:
+    """The verdict as the command line has it, notes, and what would be needed to do it again."""
+    notes = "".join(f"<li>{text(one)}</li>" for one in found.notes)
+    settings = space.case.diagnosis
+    rows = [
+        ["calibrator", text(__version__)],
+        ["case file", text(space.case.path.name)],
+        ["lab file", text(space.case.measured.name)],
+        ["sets, replicates of each", f"{settings.sets}, {settings.replicates}"],
+        ["sets of each effect", str(settings.effect_sets)],
+        ["fresh runs of each explanation", f"{settings.verify_replicates} per experiment"],
+        ["first seed", str(settings.seed)],
+    ]
+    return section(
+        "Notes and provenance",
+        paragraph(text(found.sentence)),
+        f"<ul>{notes}</ul>" if notes else paragraph("No run or observable was left out."),
+        table("What it rests on", ["", ""], rows),
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.fingerprint import Fingerprint
+from calibrator.case.problem import Target
 from calibrator.case.settings import Replicates
 from calibrator.errors import CalibratorError
 from calibrator.files import read_arrays
@@ -15,14 +16,14 @@ from calibrator.plan.outcome import Collection
 from calibrator.plan.outcome import rests_on as plan_rests_on
 from calibrator.plan.run import database_records
 from calibrator.report.html import paragraph
-from calibrator.report.words import text
+from calibrator.report.words import key_words, text
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant, Learnt
 from calibrator.responses.table import points_of
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Outcome, Workspace, for_new_seeds
 from calibrator.search.outcome import Calibration, Traces, current_calibration, read_traces
-from calibrator.search.parts import Candidate
+from calibrator.search.parts import Candidate, TargetReach
 from calibrator.verification.outcome import Validation, Verification
 from calibrator.verification.verify import (
     Requests,
@@ -101,6 +102,17 @@ class Findings:
     def compromise(self) -> np.ndarray:
         """Parameter set (d,) of the compromise."""
         return self.calibration.compromise.point(self.space.case.problem.names)
+
+    def reach_of(self, target: Target) -> TargetReach | None:
+        """Which values the box reaches; None for a target that is reported only."""
+        found = {reach.key: reach for reach in self.calibration.reachability.targets}
+        return found.get(target.key)
+
+    def in_words(self, sentence: str) -> str:
+        """A sentence of an outcome with the targets' keys in words."""
+        for target in self.space.case.problem.targets:
+            sentence = sentence.replace(target.key, key_words(target.key))
+        return sentence
 
     def command(self, verb: str) -> str:
         """The command that does a step, as HTML."""

@@ -18,6 +18,7 @@ from calibrator.report.figures.style import Draw, png
 from calibrator.report.words import text
 
 DOTS, CSS_PIXELS = 160, 104  # per inch of a figure: in the PNG and on the page
+NUMBER = r"[+-]?[0-9.]+(?:e-?[0-9]+)?"
 LONGEST_NUMBER = 26
 """Characters of a cell from which it counts as a sentence."""
 CSS = "\n" + (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
@@ -30,8 +31,11 @@ class Album:
         self.folder = folder
         self.paths: list[Path] = []
 
-    def figure(self, name: str, caption: str, draw: Draw) -> str:
-        """A figure element; where there is nothing to draw, a sentence that says so."""
+    def figure(self, name: str, caption: str, draw: Draw, seen: str = "") -> str:
+        """A figure element; where there is nothing to draw, a sentence that says so.
+
+        seen : the finding, for who cannot see the figure; the caption where that states it.
+        """
         try:
             picture = png(draw(), DOTS)
         except CalibratorError as error:
@@ -39,7 +43,7 @@ class Album:
         path = self.folder / f"{name}.png"
         path.write_bytes(picture)
         self.paths.append(path)
-        return embedded(picture, caption, caption)
+        return embedded(picture, seen or caption, caption)
 
 
 def embedded(picture: bytes, seen: str, caption: str) -> str:
@@ -104,26 +108,49 @@ def table(
     lines = "\n".join(cells(row, "td") for row in body)
     link = _csv([head, *body], caption)
     return (
-        f'<div class="wide"><table><caption>{text(caption)} {link}</caption>'
+        f'<div class="wide"><table><caption><span>{text(caption)} {link}</span></caption>'
         f"<thead>{cells(head, 'th')}</thead><tbody>\n{lines}\n</tbody></table></div>"
     )
 
 
 def _bare(cell: str) -> str:
     """The text of an HTML cell."""
-    return html.unescape(re.sub(r"<[^>]*>", "", cell)).replace("\u00a0", " ").strip()
+    lines = cell.replace("<br>", "; ")
+    return html.unescape(re.sub(r"<[^>]*>", "", lines)).replace("\u00a0", " ").strip()
 
 
 def _csv(rows: Sequence[Sequence[str]], caption: str) -> str:
     """A link that holds the rows as a CSV file."""
     stream = io.StringIO()
-    csv.writer(stream, lineterminator="\r\n").writerows([_bare(c) for c in row] for row in rows)
+    bare = [[_bare(cell) for cell in row] for row in rows]
+    csv.writer(stream, lineterminator="\r\n").writerows(_numbers_apart(bare))
     data = base64.b64encode(stream.getvalue().encode("utf-8-sig")).decode()
     name = _anchor(caption)[:40].strip("-") or "table"
     return (
         f'<a class="csv" download="{name}.csv" href="data:text/csv;charset=utf-8;base64,{data}">'
         "CSV</a>"
     )
+
+
+def _numbers_apart(rows: list[list[str]]) -> list[list[str]]:
+    """The rows, the first their heading, with numbers that a spreadsheet takes for numbers.
+
+    A column of values and errors becomes two, one of per cent has its unit in the heading.
+    """
+    columns = []
+    for head, *cells in zip(*rows, strict=True):
+        if all(re.fullmatch(rf"{NUMBER}( ± {NUMBER})?|–", cell) for cell in cells) and any(
+            "±" in cell for cell in cells
+        ):
+            pairs = [(*cell.split(" ± "), "")[:2] for cell in cells]
+            columns += [(head, *(p[0] for p in pairs)), (f"{head} ±", *(p[1] for p in pairs))]
+        elif any("%" in c for c in cells) and all(
+            re.fullmatch(rf"{NUMBER} %|–", cell) for cell in cells
+        ):
+            columns.append((f"{head} [%]", *(cell.removesuffix(" %") for cell in cells)))
+        else:
+            columns.append((head, *cells))
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 def mark(passed: bool | None, yes: str = "met", no: str = "missed") -> str:

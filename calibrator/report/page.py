@@ -11,9 +11,12 @@ from pathlib import Path
 
 from calibrator.files import write_text
 from calibrator.report.answer import answer, candidates_table
+from calibrator.report.beside import link_pages
 from calibrator.report.calibration import calibration
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, page
+from calibrator.report.methods import methods
+from calibrator.report.model import model
 from calibrator.report.provenance import failures, provenance
 from calibrator.report.runs import pictures, validation, verification
 from calibrator.runs.workspace import Workspace
@@ -32,7 +35,7 @@ class Page:
 
 
 def write_report(space: Workspace) -> Page:
-    """Write report.html and its figures into the folder of the results.
+    """Write report.html, its figures, methods.md and references.bib into the results.
 
     It reads what the verbs noted and searches for nothing; steps that have not been done are named
     with the command that does them. Raises CalibratorError, with the command to run, where
@@ -46,16 +49,19 @@ def write_report(space: Workspace) -> Page:
     whole = page(f"Calibration of {space.case.name}", [make(findings, album) for make in SECTIONS])
     path = space.path / "report.html"
     write_text(path, whole)
+    link_pages(space.path)
     return space.note("report", Page(path, tuple(album.paths)))
 
 
 SECTIONS: tuple[Callable[[Findings, Album], str], ...] = (
     answer,
     pictures,
+    model,
     calibration,
     candidates_table,
     verification,
     validation,
+    methods,
     failures,
     provenance,
 )

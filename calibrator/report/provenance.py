@@ -14,7 +14,8 @@ from calibrator.errors import CalibratorError
 from calibrator.files import read_text
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, paragraph, section, table
-from calibrator.report.words import number, text
+from calibrator.report.model import dates, every_run
+from calibrator.report.words import distinct, number, text
 from calibrator.runs.record import Record
 
 PACKAGES = ("numpy", "scipy", "scikit-learn", "pymoo", "matplotlib")
@@ -66,7 +67,7 @@ def provenance(findings: Findings, album: Album) -> str:
     case = findings.space.case
     verified = [r for own in findings.verified.values() for r in own]
     validated = [r for own in findings.validated.values() for r in own]
-    runs = [*findings.records, *verified, *validated]
+    runs = every_run(findings)
     shipped = findings.collection.from_shipped_database if findings.collection else 0
     counts = {
         "of the plan": len(findings.records),
@@ -75,11 +76,12 @@ def provenance(findings: Findings, album: Album) -> str:
     }
     rows = [
         ["calibrator", text(__version__)],
-        ["YADE", text(_distinct(runs, "yade"))],
-        ["scripts (hash)", text(_distinct(runs, "scripts"))],
+        ["YADE", text(distinct(runs, "yade"))],
+        ["scripts (hash)", text(distinct(runs, "scripts"))],
         ["Python", text(platform.python_version())],
         *([name, text(importlib.metadata.version(name))] for name in PACKAGES),
         ["runs", ", ".join(f"{n} {what}" for what, n in counts.items())],
+        ["dates", text(dates(runs))],
         ["from the shipped database", str(shipped)],
         ["core-seconds of the plan", text(_spent_on_plan(findings))],
         ["core-seconds to verify and validate", number(_core_seconds([*verified, *validated]))],
@@ -89,12 +91,6 @@ def provenance(findings: Findings, album: Album) -> str:
         table("Versions, runs and cost", ["", ""], rows),
         f"<h3>Case file {text(case.path.name)}</h3><pre>{text(_case_text(case.path))}</pre>",
     )
-
-
-def _distinct(records: Sequence[Record], key: str) -> str:
-    """All values that the runs' records have for a key."""
-    found = {str(r.provenance[key]) for r in records if r.provenance.get(key)}
-    return ", ".join(sorted(found)) or "not recorded"
 
 
 def _case_text(path: Path) -> str:

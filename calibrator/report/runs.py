@@ -14,7 +14,9 @@ from calibrator.report.figures import runs as figures
 from calibrator.report.figures.outlines import scenes
 from calibrator.report.findings import Findings, arrays_of, by_distance, missing
 from calibrator.report.html import Album, mark, note, section, table
+from calibrator.report.seen import curves_seen, verification_seen
 from calibrator.report.words import (
+    called,
     experiment_words,
     file_name,
     heading,
@@ -30,6 +32,7 @@ from calibrator.runs.folder import gather
 from calibrator.runs.record import Record
 from calibrator.runs.setup import Curve, Setup
 from calibrator.runs.setups import SETUP_ENTRIES, numbers
+from calibrator.search.outcome import COMPROMISE
 from calibrator.verification.outcome import Comparison, Verdict
 from calibrator.verification.verify import probe_request
 
@@ -37,50 +40,74 @@ from calibrator.verification.verify import probe_request
 
 
 def pictures(findings: Findings, album: Album) -> str:
-    """Grains of one run per experiment."""
+    """Grains of one run per experiment, but for those that are seen above."""
     problem = findings.space.case.problem
     both = (*problem.experiments, *problem.held_out_experiments)
-    shown = ordered(both, problem.conditions)
+    above = {path.stem for path in album.paths}
+    shown = [e for e in ordered(both, problem.conditions) if _packing(e) not in above]
+    if not shown:
+        return ""
     return section("The set-ups", *(_picture(findings, album, experiment) for experiment in shown))
+
+
+def own_picture(findings: Findings, album: Album, experiment: str) -> str:
+    """The grains of a run of the recommended set; empty where none kept them."""
+    found = _kept(findings, experiment, _own_runs(findings, experiment))
+    return _drawn_grains(findings, album, experiment, *found) if found else ""
+
+
+def _packing(experiment: str) -> str:
+    """The name of the figure of its grains."""
+    return f"packing_{file_name(experiment)}"
 
 
 def _picture(findings: Findings, album: Album, experiment: str) -> str:
     """The grains of one run; a sentence where no run kept them."""
-    found, called = _run_with_curves(findings, experiment), experiment_words(experiment)
-    if found is None:
-        verb = "verify" if experiment in findings.space.case.problem.experiments else "validate"
-        return missing(findings, f"The picture of the {called}", verb)
-    record, arrays = found
-    setup = record.request.setup
+    runs = [*_own_runs(findings, experiment), *by_distance(findings, findings.records)]
+    if found := _kept(findings, experiment, runs):
+        return _drawn_grains(findings, album, experiment, *found)
+    verb = "verify" if experiment in findings.space.case.problem.experiments else "validate"
+    return missing(findings, f"The picture of the {experiment_words(experiment)}", verb)
+
+
+def _drawn_grains(
+    findings: Findings,
+    album: Album,
+    experiment: str,
+    record: Record,
+    arrays: dict[str, np.ndarray],
+) -> str:
+    setup, words_of_it = record.request.setup, experiment_words(experiment)
     p = numbers(record.request)
     values = ", ".join(f"{words(n)} {number(p[n], 3)}" for n in findings.space.case.problem.names)
     cut, last = SETUP_ENTRIES[setup].cut, SETUP_ENTRIES[setup].last
     view = "; the grains in front of the axis are cut away" if cut else ""
     caption = (
-        f"{called.capitalize()} in YADE: {len(arrays['filled'])} grains filled,"
+        f"{words_of_it.capitalize()} in YADE: {len(arrays['filled'])} grains filled,"
         f" {len(arrays['final'])} {last}{view}. Red: the scanned surface (mean)."
         f" Run {record.run_id} with {values}."
     )
     moments = scenes(setup, p, arrays)
     return album.figure(
-        f"packing_{file_name(experiment)}",
+        _packing(experiment),
         caption,
         lambda: grains.packing(moments, p["particle_radius"], cut),
     )
 
 
-def _run_with_curves(
-    findings: Findings, experiment: str
-) -> tuple[Record, dict[str, np.ndarray]] | None:
-    """The compromise's own fresh run where there is one, with its arrays.
-
-    Else the run nearest to the compromise that kept its grains; None where none did.
-    """
-    own = findings.verified.get("compromise", []) + findings.validated.get("compromise", [])
+def _own_runs(findings: Findings, experiment: str) -> list[Record]:
+    """The recommended set's own fresh runs."""
+    own = findings.verified.get(COMPROMISE, []) + findings.validated.get(COMPROMISE, [])
     request = probe_request(findings.space, findings.calibration, experiment)
+    return [*gather(findings.space.runs, [request]), *own]
+
+
+def _kept(
+    findings: Findings, experiment: str, runs: Sequence[Record]
+) -> tuple[Record, dict[str, np.ndarray]] | None:
+    """The first of these runs of an experiment that kept its grains, with its arrays."""
     problem = findings.space.case.problem
-    probe = gather(findings.space.runs, [request])
-    for record in [*probe, *own, *by_distance(findings, findings.records)]:
+    for record in runs:
         if record.status == "ok" and experiment_of(problem, record.request) == experiment:
             arrays = arrays_of(findings, record)
             if {"filled", "final"} <= set(arrays):
@@ -106,11 +133,16 @@ def verification(findings: Findings, album: Album) -> str:
         _verification_table(findings, outcome),
         note(
             "Means of runs with new seeds ± one standard error, and (simulated − target) / target."
-            " A question mark: the mean is too uncertain to tell. None was used to"
-            " calibrate. The band is the compromise's; that of fewer runs is wider, where noise"
-            " decides." + _shipped_note(outcome)
+            " A question mark: the mean is too uncertain to tell. None was used to calibrate. The"
+            " band is the recommended set's; that of fewer runs is wider, where noise decides."
+            + _shipped_note(outcome)
         ),
-        album.figure("verification", caption, lambda: figures.verification(rows)),
+        album.figure(
+            "verification",
+            caption,
+            lambda: figures.verification(rows),
+            verification_seen(outcome),
+        ),
         _run_curves(findings, album),
     )
 
@@ -132,7 +164,7 @@ def _verification_table(findings: Findings, outcome: Mapping[str, Verdict]) -> s
     rows.append(["O1", "", *(number(own.o1, 3) for own in verdicts)])
     rows.append(["good runs", "", *(f"{own.good} of {own.total}" for own in verdicts)])
     rows.append(["verdict", "", *(mark(bool(own.passed), "passed", "failed") for own in verdicts)])
-    caption = "Verification: simulated responses of compromise and individuals, and their errors"
+    caption = "Verification: simulated responses of the candidates, and their errors"
     return table(caption, ["", "target ± band", *map(short, outcome)], rows, 2)
 
 
@@ -203,7 +235,7 @@ def validation(findings: Findings, album: Album) -> str:
             "Validation", missing(findings, "The validation on measurements not used", "validate")
         )
     rows = [
-        [label, *_validation_row(target, own.responses[i])]
+        [called(label), *_validation_row(target, own.responses[i])]
         for i, target in enumerate(problem.held_out)
         for label, own in outcome.by_candidate.items()
     ]
@@ -290,7 +322,8 @@ def _drawn(
     caption = curve.caption.format(setup=experiment_words(experiment))
     pairs = _pairs(runs, curve)
     draw = functools.partial(figures.run_curves, pairs, curve)
-    return album.figure(f"{curve.name}_{file_name(experiment)}", caption, draw)
+    name = f"{curve.name}_{file_name(experiment)}"
+    return album.figure(name, caption, draw, curves_seen(pairs, curve))
 
 
 def _pairs(

@@ -9,8 +9,13 @@ from collections.abc import Sequence
 from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Target
 from calibrator.case.vocabulary import RESPONSES, Quantity
+from calibrator.runs.record import Record
 
-PEOPLE = {"young modulus": "Young's modulus", "poisson ratio": "Poisson's ratio"}
+PEOPLE = {
+    "young modulus": "Young's modulus",
+    "poisson ratio": "Poisson's ratio",
+    "rayleigh fraction": "Rayleigh fraction",
+}
 """Names of people, who write themselves with a capital."""
 
 
@@ -136,6 +141,23 @@ def heading(target: Target) -> str:
     return text(key_words(target.key)) + in_unit(response(target.key))
 
 
+def distinct(records: Sequence[Record], key: str) -> str:
+    """All values that the runs' records have for a key of their provenance."""
+    found = {str(r.provenance[key]) for r in records if r.provenance.get(key)}
+    return ", ".join(sorted(found)) or "not recorded"
+
+
+def called(candidate: str) -> str:
+    """A candidate in words, as HTML."""
+    return "recommended set" if candidate == "compromise" else text(candidate)
+
+
 def short(candidate: str) -> str:
-    """A candidate's label in a narrow column, as HTML."""
+    """A candidate's label in a narrow column, as HTML.
+
+    >>> short("compromise"), short("individual A")
+    ('recommended (compromise)', 'A')
+    """
+    if candidate == "compromise":
+        return "recommended (compromise)"
     return text(candidate.removeprefix("individual "))

@@ -4,10 +4,13 @@ import json
 import random
 
 import numpy as np
+import pytest
 
 from calibrator.case.toml import read_case
+from calibrator.diagnosis.diagnose import diagnose
 from calibrator.plan.requests import plan_requests
 from calibrator.plan.run import collect
+from calibrator.report.diagnosis import write_diagnosis
 from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
 from calibrator.search.outcome import current_calibration
@@ -19,6 +22,8 @@ from calibrator.verification.verify import (
 )
 from tests.conftest import CASE, LAB
 from tests.fake_yade import responses_of
+from tests.stand_in import World, put_in_place
+from tests.toy_laboratory import NUISANCES, SMALL, lab
 
 CASE = CASE.replace("population = 60", "population = 40").replace(
     "generations = 15", "generations = 8"
@@ -79,6 +84,20 @@ def calibrated(space, **kwargs):
     collect(space)
     calibrate(space)
     return space
+
+
+def diagnosed(folder, *changes, **hidden):
+    """A finished diagnosis of a laboratory that has these effects: workspace and outcome.
+
+    The runs are a stand-in's.
+    """
+    (folder / "nuisances.csv").write_text(NUISANCES)
+    space = workspace(folder, SMALL, *changes, lab=lab(**hidden))
+    with pytest.MonkeyPatch.context() as patch:
+        put_in_place(patch, World())
+        found = diagnose(space)
+    write_diagnosis(space, found)
+    return space, found
 
 
 def finished(space):

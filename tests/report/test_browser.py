@@ -17,6 +17,7 @@ pytestmark = pytest.mark.skipif(
 )
 CARD = Path(__file__).resolve().parents[2] / "cards" / "coarse_sand.html"
 WIDTHS = (390, 900, 1600)
+MOST_SHEETS = 14
 LEAST_CONTRAST = 4.5  # of text to its ground, WCAG 2 AA
 PROBE = """<script>
 window.addEventListener("load", () => {
@@ -67,9 +68,15 @@ def looked_at(page, folder, width, *options):
     return json.loads(found.group(1)), said
 
 
+@pytest.fixture(params=["whole", "named"])
+def page(request):
+    """The page of a calibration, and that of a diagnosis."""
+    return request.getfixturevalue(request.param)[2]
+
+
 @pytest.mark.parametrize("width", WIDTHS)
-def test_a_report_fits_the_screen_and_can_be_read(whole, tmp_path, width):
-    found, said = looked_at(whole[2], tmp_path, width)
+def test_a_page_fits_the_screen_and_can_be_read(page, tmp_path, width):
+    found, said = looked_at(page, tmp_path, width)
     assert found["width"] == width
     assert found["page"] <= width and not found["wide"]
     assert found["images"] and all(found["images"])
@@ -77,10 +84,19 @@ def test_a_report_fits_the_screen_and_can_be_read(whole, tmp_path, width):
     assert not said
 
 
-def test_a_report_can_be_read_in_the_dark(whole, tmp_path):
+def test_a_page_can_be_read_in_the_dark(page, tmp_path):
     dark = "--blink-settings=preferredColorScheme=0"
-    found, _ = looked_at(whole[2], tmp_path, 900, "--force-dark-mode", dark)
+    found, _ = looked_at(page, tmp_path, 900, "--force-dark-mode", dark)
     assert found["dark"] and found["worst"][0] >= LEAST_CONTRAST
+
+
+def test_a_page_is_printed_on_few_sheets(page, tmp_path):
+    (tmp_path / "page.html").write_text(page)
+    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu"]
+    command += [f"--user-data-dir={tmp_path / 'profile'}", f"--print-to-pdf={tmp_path / 'p.pdf'}"]
+    subprocess.run([*command, f"file://{tmp_path / 'page.html'}"], capture_output=True, timeout=120)
+    sheets = (tmp_path / "p.pdf").read_bytes().count(b"/Type /Page\n")
+    assert 1 <= sheets <= MOST_SHEETS
 
 
 def test_a_material_card_fits_a_telephone(tmp_path):

@@ -18,13 +18,16 @@ from PIL import Image
 
 from calibrator.errors import CalibratorError
 from calibrator.plan.requests import plan_requests
+from calibrator.report.findings import Findings
 from calibrator.report.page import Page, write_report
-from calibrator.report.words import number
+from calibrator.report.seen import beside
+from calibrator.report.words import number, short
 from calibrator.report.words import text as escaped
 from calibrator.report.words import words as in_words
 from calibrator.runs.workspace import Workspace
 from calibrator.search.calibrate import calibrate
 from calibrator.search.outcome import arrays_path, current_calibration
+from calibrator.verification.outcome import Verification
 from tests.conftest import LAB
 from tests.report.made_up import calibrated, finished, workspace
 from tests.report.outline import Outline
@@ -92,7 +95,8 @@ def test_every_target_and_every_candidate_is_named(whole):
     )
     headings = re.findall(r"<th[^>]*>([^<]*)</th>", page)
     for label in current_calibration(space).candidates:
-        assert headings.count(label.removeprefix("individual ")) >= 2, label
+        assert headings.count(short(label)) >= 2, label
+    assert "compromise" not in headings
     assert space.outcome("report", Page) == outcome
 
 
@@ -118,6 +122,8 @@ def test_after_calibrate_alone_the_page_names_the_commands_to_run(tmp_path):
         and f"calibrator validate {space.case.path}" in text
     )
     assert "not verified" in text and "Use " not in text and "Verified:" not in text
+    first = (space.path / "report.html").read_text().partition("<table")[0]
+    assert "<img" not in first and f"calibrator view {space.case.path}" in first
     for picture in ("hourglass", "ledge", "conical pile"):
         assert f"The picture of the {picture} is missing" in text
     names = "".join(map(str, outcome.figures))
@@ -179,6 +185,48 @@ def test_arrays_of_another_calibration_are_refused(copy):
     path.unlink()
     with pytest.raises(CalibratorError, match="run `calibrator calibrate"):
         write_report(copy)
+
+
+def test_the_first_screen_shows_a_run_of_the_recommended_set_and_how_to_see_it_move(whole):
+    space, _, page = whole
+    first = page[: page.index("<table")]
+    assert first.count("<img") == 1 and "Hourglass in YADE: 30 grains filled, 20" in first
+    assert f"calibrator view {space.case.path}" in first
+    verified = [r.run_id for r in Findings.of(space).verified["compromise"]]
+    assert re.search(r"Run ([0-9a-f]{16}) with", first).group(1) in verified
+
+
+def test_a_response_that_the_parameters_hardly_move_is_said_to_be_uninformative(tmp_path):
+    density = "hourglass,bulk_density,1605.6,"
+    space = workspace(tmp_path, lab=LAB.replace(f"{density}5,8", f"{density}400,1"))
+    outcome = write_report(calibrated(space, curves=False))
+    text = Outline((space.path / "report.html").read_text()).text
+    assert "Bulk density (hourglass) is uninformative, and not drawn" in text
+    drawn = {path.stem for path in outcome.figures if path.stem.startswith("slices")}
+    assert drawn == {
+        "slices_hourglass_drained_equivalent_angle_deg",
+        "slices_hourglass_mass_flow_rate",
+    }
+
+
+def test_alternative_texts_state_what_the_figures_show(whole):
+    space, _, page = whole
+    said = [a["alt"] for tag, a in Outline(page).tags if tag == "img"]
+    verified = space.outcome("verify", Verification).candidates["compromise"].responses
+    off = next(r for r in verified if r.key == "hourglass.mass_flow_rate").relative_error
+    assert any(
+        f"simulated mass flow rate (hourglass) {beside(off)} the measured" in s for s in said
+    )
+    assert any("Interpolated bulk density (hourglass) at the recommended set is" in s for s in said)
+    for words in (
+        "sets on the Pareto front, from O1",
+        "root mean square",
+        "95 % intervals",
+        "correlation",
+        "of variance",
+        "from generation",
+    ):
+        assert sum(words in s for s in said) == 1, words
 
 
 def test_a_failed_verification_is_said_in_the_answer(tmp_path):

@@ -29,6 +29,21 @@ def test_a_table_holds_its_rows_as_csv_without_marks():
     assert 'download="values.csv"' in made
 
 
+def test_two_lines_of_a_cell_stay_apart_in_the_csv():
+    made = table("Values", ["name", "value"], [["a", "1589 ± 4<br>+0.06 %"]])
+    data = re.search(r'href="data:text/csv;charset=utf-8;base64,([^"]+)"', made).group(1)
+    assert "1589 ± 4; +0.06 %" in base64.b64decode(data).decode("utf-8-sig")
+
+
+def test_values_with_errors_and_per_cents_are_numbers_in_the_csv():
+    rows = [["a", "1588.4 ± 0.9", "+0.3\u00a0%", "5 of 5"], ["b", DASH, "-3.6\u00a0%", "4 of 5"]]
+    made = table("Values", ["name", "measured", "off by", "runs"], rows)
+    data = re.search(r'href="data:text/csv;charset=utf-8;base64,([^"]+)"', made).group(1)
+    read = list(csv.reader(io.StringIO(base64.b64decode(data).decode("utf-8-sig"))))
+    assert read[0] == ["name", "measured", "measured ±", "off by [%]", "runs"]
+    assert read[1] == ["a", "1588.4", "0.9", "+0.3", "5 of 5"] and read[2][1:3] == [DASH, ""]
+
+
 def test_columns_of_sentences_are_set_as_sentences_and_no_others():
     made = table("Values", ["name", "value", "meaning"], ROWS)
     assert made.count('class="words"') == 3  # a heading and two cells

@@ -18,6 +18,7 @@ from calibrator.report.figures.style import (
     GREEN,
     GREY,
     INK,
+    RECOMMENDED,
     RED,
     SKY,
     WIDTH,
@@ -87,7 +88,7 @@ def slices(panels: Sequence[Slice], label: str, target: float, band: float) -> F
         "interpolant ± 2 standard deviations": (Patch(color=BLUE, alpha=0.2), line_handle(BLUE)),
         "runs, fainter with distance": dot_handle(INK, alpha=0.6),
         "target and its band": (Patch(color=GREEN, alpha=0.18), line_handle(GREEN, width=1)),
-        "compromise": line_handle(RED, "--", 1.3),
+        RECOMMENDED: line_handle(RED, "--", 1.3),
     }
     if any(len(panel.failed_at) for panel in panels):
         entries["failed runs"] = dot_handle(RED, "x")
@@ -203,7 +204,7 @@ def profile_likelihood(profiles: Sequence[Profile]) -> Figure:
     entries = {
         "profile": line_handle(BLUE),
         "95 % interval": Patch(color=BLUE, alpha=0.14),
-        "compromise": line_handle(RED, "--", 1.3),
+        RECOMMENDED: line_handle(RED, "--", 1.3),
     }
     if any(profile.truth is not None for profile in profiles):
         entries["truth"] = line_handle(INK, ":", 1.8)
@@ -269,7 +270,7 @@ def ridge(
         ax.set_ylabel(labels[y] if column == 0 else "")
     entries = {
         "accepted by the targets": dot_handle(BLUE, alpha=0.6),
-        "compromise": dot_handle(RED, "*", markersize=11),
+        RECOMMENDED: dot_handle(RED, "*", markersize=11),
     }
     if len(failed):
         entries["failed runs"] = dot_handle(GREY, "x")

@@ -20,6 +20,7 @@ from calibrator.report.figures.style import (
     colours_of,
     dot_handle,
     draw_legend,
+    named,
     panel_grid,
     require_finite,
     require_some,
@@ -54,7 +55,7 @@ def _thin_lines(ax: Axes, curves: Curves, along: float, up: float) -> None:
     for label in sorted(curves, key=lambda label: label == "compromise"):
         for index, (x, y) in enumerate(curves[label]):
             require_finite(label, x, y)
-            name = f"{label} ({len(curves[label])})" if index == 0 else None
+            name = f"{named(label)} ({len(curves[label])})" if index == 0 else None
             ax.plot(along * x, up * y, color=colours[label], linewidth=0.9, alpha=0.85, label=name)
     legend = ax.legend(
         loc="upper left", bbox_to_anchor=(1.0, 1.0), title="runs of", alignment="left"
@@ -95,7 +96,7 @@ def verification(rows: Sequence[Deviation]) -> Figure:
         require_finite(label, [(r.simulated, r.error, r.band) for r in own])
         _draw_deviations(ax, own, candidates)
         ax.set(title=label, xlabel="deviation from target [%]")
-    axes[0].set_yticks(range(len(candidates)), candidates)
+    axes[0].set_yticks(range(len(candidates)), [named(one) for one in candidates])
     axes[0].set_ylim(len(candidates) - 0.5, -0.5)
     entries: dict[str, Artist] = {
         "simulated ± 2 standard errors": dot_handle(INK),

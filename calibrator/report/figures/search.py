@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from calibrator.report.figures.style import (
     BLUE,
-    COLUMNS,
     INDIVIDUALS,
     INK,
+    RECOMMENDED,
     RED,
     WIDTH,
     dot_handle,
@@ -24,6 +25,11 @@ from calibrator.report.figures.style import (
     styled,
 )
 
+SMALL = 0.1
+"""Of the largest error of any generation: a front below that is drawn on a logarithmic scale."""
+DECADES = 1e-3
+"""Of the largest error of the front: the least that a logarithmic scale shows."""
+
 
 @styled
 def front_evolution(
@@ -33,6 +39,9 @@ def front_evolution(
     candidates: Mapping[str, Sequence[float]] | None = None,
 ) -> Figure:
     """The population on its way to the Pareto front, as in Fig. 6 of the paper.
+
+    Where the first objective of the front is nearly zero beside that of the first generations its
+    axis is logarithmic, so that the front is more than a line along the axis.
 
     Parameters
     ----------
@@ -47,19 +56,18 @@ def front_evolution(
     figure, axes = panel_grid(len(snapshots), 2.7)
     largest = 1.04 * np.max([found.max(axis=0) for found in snapshots.values()], axis=0)
     largest[largest <= 0] = 1.0  # an objective that is zero everywhere still needs an axis
-    for index, (ax, generation) in enumerate(zip(axes, sorted(snapshots), strict=True)):
-        found = snapshots[generation]
-        require_finite(f"generation {generation}", found)
-        ax.plot(front[:, 1], front[:, 0], color=RED, linewidth=1.2, zorder=3)
-        ax.scatter(found[:, 1], found[:, 0], s=5, color=BLUE, alpha=0.35, linewidth=0)
-        ax.set(
-            title=f"generation {generation}",
-            xlim=(-0.02 * largest[1], largest[1]),
-            ylim=(-0.02 * largest[0], largest[0]),
-        )
-        ax.set(xlabel=names[1], ylabel=names[0] if index % COLUMNS == 0 else "")
-    _enlarge(axes[-1], np.concatenate([front, snapshots[max(snapshots)]]))
-    _mark(axes[-1], candidates or {})
+    least = least_shown(front, largest[0])
+    for ax, generation in zip(axes, sorted(snapshots), strict=True):
+        require_finite(f"generation {generation}", snapshots[generation])
+        _draw_generation(ax, snapshots[generation], front, largest, least)
+        ax.set(title=f"generation {generation}", xlabel=names[1])
+        first = ax.get_subplotspec()
+        ax.set_ylabel(names[0] if first is not None and first.is_first_col() else "")
+    _enlarge(axes[-1], np.concatenate([front, snapshots[max(snapshots)]]), least)
+    _mark(axes[-1], candidates or {}, least)
+    if least:
+        for ax in axes:
+            _logarithmic(ax)
     entries = {
         "population": dot_handle(BLUE, markersize=4, alpha=0.6),
         "final Pareto front": line_handle(RED, width=1.2),
@@ -67,26 +75,61 @@ def front_evolution(
     if candidates:
         entries |= {
             "individuals": dot_handle(INK),
-            "compromise": dot_handle(RED, "*", markersize=11),
+            RECOMMENDED: dot_handle(RED, "*", markersize=11),
         }
     draw_legend(figure, entries)
     return figure
 
 
-def _enlarge(ax: Axes, points: np.ndarray) -> None:
+def _draw_generation(
+    ax: Axes, found: np.ndarray, front: np.ndarray, largest: np.ndarray, least: float
+) -> None:
+    """A population (n, 2) and the final front, from zero, or `least`, to the largest of all."""
+    ax.plot(front[:, 1], np.maximum(front[:, 0], least), color=RED, linewidth=1.2, zorder=3)
+    up = np.maximum(found[:, 0], least)
+    ax.scatter(found[:, 1], up, s=5, color=BLUE, alpha=0.35, linewidth=0)
+    ax.set(
+        xlim=(-0.02 * largest[1], largest[1]),
+        ylim=(0.7 * least, 1.5 * largest[0]) if least else (-0.02 * largest[0], largest[0]),
+    )
+
+
+def least_shown(front: np.ndarray, largest: float) -> float:
+    """Error from which a logarithmic axis starts; 0 where a linear one shows the front (p, k).
+
+    largest : error of any generation.
+    """
+    most = float(front[:, 0].max())
+    return DECADES * most if 0 < most < SMALL * largest else 0.0
+
+
+def _logarithmic(ax: Axes) -> None:
+    """A logarithmic axis upwards, with plain numbers."""
+    low, high = ax.get_ylim()
+    ax.set_yscale("log")
+    ax.set_ylim(low, high)
+    ax.yaxis.set_major_locator(LogLocator(numticks=6))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _enlarge(ax: Axes, points: np.ndarray, least: float) -> None:
     """Let the panel show these points (n, 2) alone."""
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.14 * np.where(high > low, high - low, 1.0)
     ax.set(
         xlim=(low[1] - margin[1], high[1] + margin[1]),
-        ylim=(low[0] - margin[0], high[0] + margin[0]),
+        ylim=(0.7 * max(least, low[0]), 2 * high[0])
+        if least
+        else (low[0] - margin[0], high[0] + margin[0]),
     )
     ax.set_title(f"{ax.get_title(loc='left')}, enlarged")
 
 
-def _mark(ax: Axes, candidates: Mapping[str, Sequence[float]]) -> None:
+def _mark(ax: Axes, candidates: Mapping[str, Sequence[float]], least: float) -> None:
     """Letters for the individuals above the front, a star for the compromise."""
-    for label, (up, right, *_) in candidates.items():
+    for label, (found, right, *_) in candidates.items():
+        up = max(found, least)
         if label == "compromise":
             ax.plot(
                 right,

@@ -27,6 +27,8 @@ BLUE, RED, GREEN = "#0072B2", "#D55E00", "#009E73"
 ORANGE, SKY, PURPLE = "#E69F00", "#56B4E9", "#CC79A7"
 INK, GREY, PALE = "#222222", "#6B7280", "#E5E7EB"
 INDIVIDUALS = (BLUE, SKY, GREEN, ORANGE, PURPLE)
+RECOMMENDED = "recommended set"
+"""What figures call the candidate that is the compromise."""
 
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -169,6 +171,11 @@ def dot_handle(colour: str, marker: str = "o", **kwargs: Any) -> Line2D:
     return Line2D(
         [], [], color=colour, marker=marker, linestyle="none", **{"markersize": 5, **kwargs}
     )
+
+
+def named(candidate: str) -> str:
+    """A candidate as figures call it."""
+    return RECOMMENDED if candidate == "compromise" else candidate
 
 
 def colours_of(labels: Sequence[str]) -> dict[str, str]:
