@@ -10,7 +10,6 @@ from calibrator import __version__
 from calibrator.case.vocabulary import PARAMETERS, effect_of
 from calibrator.diagnosis.gap import Detection, Location
 from calibrator.diagnosis.outcome import (
-    Amplitude,
     Diagnosis,
     ExplanationRun,
     FingerprintTable,
@@ -25,7 +24,7 @@ from calibrator.report import diagnosis_seen as seen
 from calibrator.report.beside import link_pages
 from calibrator.report.figures import diagnosis as plots
 from calibrator.report.html import Album, folded, note, page, paragraph, section, table
-from calibrator.report.verdict import opening
+from calibrator.report.verdict import opening, sized
 from calibrator.report.words import (
     experiment_words,
     in_unit,
@@ -33,7 +32,6 @@ from calibrator.report.words import (
     number,
     percent,
     text,
-    with_error,
     words,
 )
 from calibrator.runs.workspace import Workspace
@@ -217,13 +215,7 @@ def _proof(tried: Sequence[ExplanationRun], album: Album) -> str:
 
 def _amplitudes(one: ExplanationRun) -> str:
     sizes = one.amplitudes.items()
-    return ", ".join(f"{n} = {_size(a)}" for n, a in sizes) or "–"
-
-
-def _size(one: Amplitude) -> str:
-    if one.low is None or one.high is None:
-        return with_error(one.value, one.error or 0.0)
-    return f"{one.value:.3g} (95 %: {one.low:.2g} to {one.high:.2g})"
+    return ", ".join(f"{n} = {sized(a)}" for n, a in sizes) or "–"
 
 
 def _power(powers: Sequence[Power], album: Album) -> str:

@@ -153,11 +153,11 @@ def _numbers_apart(rows: list[list[str]]) -> list[list[str]]:
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def mark(passed: bool | None, yes: str = "met", no: str = "missed") -> str:
-    """A coloured word with a tick or a cross; a dash where passed is None."""
+def mark(passed: bool | None, yes: str = "met", no: str = "missed", undecided: bool = False) -> str:
+    """A coloured word with a tick, a cross, or a question mark; a dash where passed is None."""
     if passed is None:
         return "–"
-    kind, sign, word = ("yes", "✓", yes) if passed else ("no", "✗", no)
+    kind, sign, word = ("yes", "✓", yes) if passed else ("no", "?" if undecided else "✗", no)
     return f'<span class="{kind}">{sign} {word}</span>'
 
 

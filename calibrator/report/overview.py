@@ -69,7 +69,8 @@ def _compared(target: Target, found: Comparison, use: str) -> list[str]:
     if found.reported_only:
         verdict = "reported only"
     else:
-        verdict = mark(found.passed, "met", "cannot tell" if found.undecided else "missed")
+        word = "cannot tell" if found.undecided else "missed"
+        verdict = mark(found.passed, "met", word, found.undecided)
     return [
         heading(target),
         verdict,

@@ -265,7 +265,9 @@ def _validation_row(target: Target, row: Comparison) -> list[str]:
         _simulated(row),
         percent(row.relative_error),
         f"{row.runs} of {row.attempted}",
-        "reported only" if row.reported_only else mark(row.passed, "met", _why_not(row)),
+        "reported only"
+        if row.reported_only
+        else mark(row.passed, "met", _why_not(row), row.undecided),
     ]
 
 

@@ -6,7 +6,7 @@ import re
 
 from calibrator.case.experiment import experiment_name
 from calibrator.case.vocabulary import effect_of
-from calibrator.diagnosis.outcome import Diagnosis, ObservableRow
+from calibrator.diagnosis.outcome import Amplitude, Diagnosis, ObservableRow
 from calibrator.diagnosis.sentence import (
     at_bounds,
     could_have_seen,
@@ -79,8 +79,14 @@ def verdict_of(found: Diagnosis) -> str:
 def _sized(found: Diagnosis, name: str) -> str:
     """An effect with the size that was found."""
     size = found.explanations[1].amplitudes[name]
-    value = number(size.value, 3) if size.error is None else with_error(size.value, size.error)
-    return f"{effect_of(name).called} ({name} = {value})"
+    return f"{effect_of(name).called} ({name} = {sized(size)})"
+
+
+def sized(one: Amplitude) -> str:
+    """An amplitude with its 95 % interval, its standard error, or alone, as far as it is known."""
+    if one.low is not None and one.high is not None:
+        return f"{number(one.value, 3)}, 95 %: {number(one.low, 2)} to {number(one.high, 2)}"
+    return number(one.value, 3) if one.error is None else with_error(one.value, one.error)
 
 
 def how_sure(found: Diagnosis) -> str:

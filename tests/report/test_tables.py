@@ -93,3 +93,8 @@ def test_the_overview_says_how_far_a_target_is_off_in_its_errors():
     undecided = _compared(target, comparison(passed=False, undecided=True), "x")
     assert "cannot tell" in undecided[1]
     assert _in_errors(1.0, 0.0, 0.0) == DASH
+
+
+def test_a_verdict_that_is_open_bears_no_cross():
+    assert "? cannot tell" in html.mark(False, "met", "cannot tell", undecided=True)
+    assert "✗ missed" in html.mark(False) and "✓ met" in html.mark(True)
