@@ -6,7 +6,7 @@ import io
 import re
 
 from calibrator.case.problem import Target
-from calibrator.report.html import folded, page, section, table
+from calibrator.report.html import folded, mark, page, section, table
 from calibrator.report.overview import _compared, _in_errors
 from calibrator.report.words import number
 from calibrator.verification.outcome import Comparison
@@ -96,5 +96,5 @@ def test_the_overview_says_how_far_a_target_is_off_in_its_errors():
 
 
 def test_a_verdict_that_is_open_bears_no_cross():
-    assert "? cannot tell" in html.mark(False, "met", "cannot tell", undecided=True)
-    assert "✗ missed" in html.mark(False) and "✓ met" in html.mark(True)
+    assert "? cannot tell" in mark(False, "met", "cannot tell", undecided=True)
+    assert "✗ missed" in mark(False) and "✓ met" in mark(True)
