@@ -3,8 +3,10 @@
 # make hidden a laboratory on YADE in which moisture is hidden, its diagnosis, and the score   (HIDE=none, soft_grains, ...)
 # make test   install what is missing, run all checks and tests   (make test-cluster: those of --engine slurm alone)
 # make test-debian13   a bare root of Debian 13 (root): make demo, the tests on the real YADE, and the Containerfile's steps, in it
+# make docs   the documentation as a site, build/docs/index.html; a warning is an error   (make linkcheck: the links to other sites)
+# make gallery   the worked examples of docs/gallery anew, from the shipped runs; a few minutes
 # make release   check version, changelog and tag, build and check wheel and source archive; uploads nothing
-# make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
+# make lock   renew requirements.lock, requirements-test.lock and requirements-docs.lock: every Python package, with hashes
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -14,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
-.PHONY: demo paper hidden live test test-cluster test-debian13 lint lab yade slurm liggghts lammps chromium release lock clean
+.PHONY: demo paper hidden live test test-cluster test-debian13 lint docs linkcheck gallery lab yade slurm liggghts lammps chromium release lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -37,7 +39,7 @@ live:
 	for h in none soft_grains bond_number; do mkdir -p docs/figures/live/$$h && \
 	  cp results/secret_$$h/diagnosis_figures/*.png results/laboratories/secret_$$h/score.json docs/figures/live/$$h/; done
 
-test: yade slurm liggghts lammps chromium $(VENV)/.done-test lint
+test: yade slurm liggghts lammps chromium $(VENV)/.done-test lint docs
 	$(BIN)/python -m pytest -q
 
 test-cluster: yade slurm $(VENV)/.done-test
@@ -50,6 +52,17 @@ lint: $(VENV)/.done-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Links within the documentation are checked by the first; links to other sites by the second, which needs the network.
+SITE = $(BIN)/sphinx-build -q -W --keep-going -c docs
+docs: $(VENV)/.done-docs
+	$(SITE) . build/docs
+
+linkcheck: $(VENV)/.done-docs
+	$(SITE) -b linkcheck . build/linkcheck
+
+gallery: $(VENV)/.done
+	$(BIN)/python -m docs.make_gallery
 
 # The synthetic measurement behind the demo, made anew (see cases/coarse_sand_lab.csv for what it is).
 lab: yade $(VENV)/.done
@@ -102,6 +115,10 @@ $(VENV)/.done-test: $(VENV)/.done requirements-test.lock
 	$(LOCKED) requirements-test.lock
 	touch $@
 
+$(VENV)/.done-docs: $(VENV)/.done requirements-docs.lock
+	$(LOCKED) requirements-docs.lock
+	touch $@
+
 release: $(VENV)/.done-test
 	$(BIN)/python -m delivery.release
 
@@ -111,6 +128,7 @@ lock:
 	printf 'hatchling\neditables\n' > .venv-lock/build.in
 	$(UV) pyproject.toml .venv-lock/build.in --extra photo -o requirements.lock
 	$(UV) pyproject.toml .venv-lock/build.in --extra test --extra photo -c requirements.lock -o requirements-test.lock
+	$(UV) pyproject.toml --extra docs -c requirements-test.lock -o requirements-docs.lock
 	$(UV) tests/handover/lammps.in -o requirements-lammps.lock
 	rm -r .venv-lock
 
