@@ -75,7 +75,7 @@ yade:
 	if [ -n "$$missing" ]; then \
 	  sudo=$$([ $$(id -u) = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends \
-	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs root or sudo, and Debian 12 or 13 (tried: YADE 2023.02a and 2025.2.0); for a build of your own see README.md" >&2; exit 1; }; \
+	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs root or sudo, and Debian 12 or 13 (tried: YADE 2023.02a and 2025.2.0); for a build of your own see docs/installing.md" >&2; exit 1; }; \
 	fi
 
 # For the tests of --engine slurm: a SLURM that they start and stop themselves. Without root or sudo they are skipped.

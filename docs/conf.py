@@ -23,11 +23,14 @@ extensions = [
 ]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4  # as git hosts make them
-suppress_warnings = ["myst.header"]  # a page may begin below its parent's level
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the signature has them
+napoleon_use_ivar = True
+napoleon_use_param = False
 napoleon_use_rtype = False
+default_role = "literal"  # docstrings put names into single backquotes
+suppress_warnings = ["ref.python"]  # a word of a docstring that is also a name of several classes
 
 html_theme = "furo"
 html_title = "DEM calibrator"
@@ -39,6 +42,14 @@ html_theme_options = {"top_of_page_buttons": []}
 linkcheck_timeout = 20
 
 
+def bars_as_they_stand(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """Let |x| in a docstring be an absolute value, and no substitution."""
+    lines[:] = [line.replace("|", r"\|") for line in lines]
+
+
 def setup(app: Sphinx) -> None:
-    """Let blocks say that they are CSV, which Pygments does not colour and git hosts do."""
+    """Docstrings are prose, and blocks may be CSV, which Pygments does not colour."""
+    app.connect("autodoc-process-docstring", bars_as_they_stand)
     app.add_lexer("csv", TextLexer)
