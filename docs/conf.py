@@ -25,7 +25,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4  # as git hosts make them
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # the signature has them
+autodoc_preserve_defaults = True
 napoleon_use_ivar = True
 napoleon_use_param = False
 napoleon_use_rtype = False

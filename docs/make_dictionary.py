@@ -60,13 +60,14 @@ def default(one: Quantity) -> str:
 
 def parameters(chosen: Iterable[Quantity]) -> str:
     """A table of parameters."""
-    rows = ([f"`{q.name}`", q.symbol, q.unit, default(q), span(q), q.about] for q in chosen)
-    return table("name, symbol, unit, default, range, meaning", rows)
+    rows = ([f"`{q.name}`", q.symbol, q.unit, default(q), said(q)] for q in chosen)
+    return table("name, symbol, unit, default, meaning", rows)
 
 
-def about(one: Quantity) -> str:
-    """What a response is, and what else it says once more."""
-    return f"{one.about}; repeats `{one.repeats}`" if one.repeats else one.about
+def said(one: Quantity) -> str:
+    """What it is, its range, and which response it is a function of."""
+    more = [f"repeats `{one.repeats}`"] if one.repeats else []
+    return "; ".join([one.about, *more, *filter(None, [span(one)])])
 
 
 def effects() -> str:
@@ -91,12 +92,12 @@ def page() -> str:
     parts += [parameters(EFFECTS.values()), effects(), "## Responses\n"]
     for setup in SETUPS:
         own = [q for q in RESPONSES.values() if setup in q.setups]
-        rows = ([f"`{q.name}`", q.symbol, q.unit, span(q), about(q)] for q in own)
-        parts += [f"### In {setup}\n", table("name, symbol, unit, range, meaning", rows)]
+        rows = ([f"`{q.name}`", q.symbol, q.unit, said(q)] for q in own)
+        parts += [f"### In {setup}\n", table("name, symbol, unit, meaning", rows)]
     parts += [
         "## Statuses\n",
         "What the driver does about each is in [DESIGN.md](../DESIGN.md#failures).\n",
-        table("status, meaning", ([f"`{name}`", said] for name, said in STATUSES.items())),
+        table("status, meaning", ([f"`{name}`", words] for name, words in STATUSES.items())),
         "## Columns of a database\n",
         "`database.csv` and the files of `grid/` have a row per run: which it is, its parameters,\n"
         "its responses, and where it came from. Units are in its head.\n",

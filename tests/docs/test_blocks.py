@@ -28,6 +28,7 @@ ELSEWHERE = {
 }
 """Blocks that another test takes from their page."""
 FORMULA = ("docs/case_file.md", "text")  # the rule of `bands`, in words that no program reads
+GALLERY = "docs/gallery/"  # tests/docs/test_gallery.py has what its commands print, and its cases
 NEEDS_YADE = "from yade import"  # tests/handover/test_yade.py runs it
 OTHERS = {"sudo", "pipx", "podman", "pip", "git", ".", "yade", "eval"}
 """Programs of the machine: only whether the shell understands the line is checked."""
@@ -117,6 +118,8 @@ def test_what_a_page_shows_is_what_the_command_prints(block, tmp_path_factory, c
     shown = [line for line in block.text.splitlines() if not line.startswith("$ ")]
     if not shown:
         return  # how it is called is all that the page says
+    if block.page.startswith(GALLERY):
+        return
     verb, case = words[1:3]
     assert verb in CHEAP, f"{verb} makes runs, or takes long: show no output that nobody compares"
     results = tmp_path_factory.mktemp("console")
@@ -165,7 +168,11 @@ def read_fragment(text, folder):
 @chosen("toml")
 def test_every_case_or_part_of_one_is_read(block, tmp_path):
     table = tomllib.loads(block.text)
-    if "grain_diameter" in table:
+    if "measured" in table:  # a whole case, which is one of a file
+        files = [p for f in ("cases", "gallery") for p in (REPO / f).glob("*.toml")]
+        (path,) = [path for path in files if path.read_text() == block.text]
+        assert read_case(path).name == table["name"]
+    elif "grain_diameter" in table:
         assert answers_of(table).name == table["name"]
     else:
         assert read_fragment(block.text, tmp_path).problem.targets
@@ -202,7 +209,7 @@ def calibrated(tmp_path_factory):
     for name in ("coarse_sand_lab.csv", "coarse_sand_truth.toml"):
         shutil.copy(REPO / "cases" / name, folder)
     text = (REPO / "cases" / "coarse_sand.toml").read_text()
-    for old, new in (("coarse_sand\"\n", "my_sand\"\n"), ("500", "100"), ("60\n", "20\n")):
+    for old, new in (('coarse_sand"\n', 'my_sand"\n'), ("500", "100"), ("60\n", "20\n")):
         text = text.replace(old, new)
     (folder / "my_sand.toml").write_text(text)
     for verb in ("run", "calibrate"):
