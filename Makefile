@@ -133,4 +133,4 @@ lock:
 	rm -r .venv-lock
 
 clean:
-	rm -rf $(VENV) $(VENV)-lammps results dist
+	rm -rf $(VENV) $(VENV)-lammps results dist build

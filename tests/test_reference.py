@@ -47,9 +47,7 @@ def test_the_command_writes_the_defaults_and_leaves_the_words(tmp_path):
 
 
 def test_the_example_of_the_cluster_page_has_the_defaults():
-    (block,) = re.findall(
-        r"^```toml\n(.*?)^```$", (DOCS / "cluster.md").read_text(), re.M | re.S
-    )
+    (block,) = re.findall(r"^```toml\n(.*?)^```$", (DOCS / "cluster.md").read_text(), re.M | re.S)
     example = tomllib.loads(block)["cluster"]
     assert set(example) == SECTIONS["cluster"].__dataclass_fields__.keys() - {"shell"}
     defaults = keys_of("cluster")
