@@ -4,8 +4,10 @@
 # make test   install what is missing, run all checks and tests   (make test-cluster: those of --engine slurm alone)
 # make test-debian13   a bare root of Debian 13 (root): make demo, the tests on the real YADE, and the Containerfile's steps, in it
 # make pages  pictures of the report and of a diagnosis at three widths, from a finished demo, into docs/figures/pages
+# make docs   the documentation as a site, build/docs/index.html; a warning is an error   (make linkcheck: the links to other sites)
+# make gallery   the worked examples of docs/gallery anew, from the shipped runs; a few minutes
 # make release   check version, changelog and tag, build and check wheel and source archive; uploads nothing
-# make lock   renew requirements.lock and requirements-test.lock: every Python package, with hashes
+# make lock   renew requirements.lock, requirements-test.lock and requirements-docs.lock: every Python package, with hashes
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -15,7 +17,7 @@ export OMP_NUM_THREADS ?= 1
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
-.PHONY: demo paper hidden live pages test test-cluster test-debian13 lint lab yade slurm liggghts lammps chromium release lock clean
+.PHONY: demo paper hidden live pages test test-cluster test-debian13 lint docs linkcheck gallery lab yade slurm liggghts lammps chromium release lock clean
 demo: yade $(VENV)/.done
 	$(BIN)/calibrator all $(CASE) $(if $(FRESH),--fresh)
 
@@ -41,7 +43,7 @@ live:
 pages: chromium $(VENV)/.done-test
 	$(BIN)/python -m tests.report.screenshots
 
-test: yade slurm liggghts lammps chromium $(VENV)/.done-test lint
+test: yade slurm liggghts lammps chromium $(VENV)/.done-test lint docs
 	$(BIN)/python -m pytest -q
 
 test-cluster: yade slurm $(VENV)/.done-test
@@ -55,6 +57,17 @@ lint: $(VENV)/.done-test
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# Links within the documentation are checked by the first; links to other sites by the second, which needs the network.
+SITE = $(BIN)/sphinx-build -q -W --keep-going -c docs
+docs: $(VENV)/.done-docs
+	$(SITE) . build/docs
+
+linkcheck: $(VENV)/.done-docs
+	$(SITE) -b linkcheck . build/linkcheck
+
+gallery: $(VENV)/.done
+	$(BIN)/python -m docs.make_gallery
+
 # The synthetic measurement behind the demo, made anew (see cases/coarse_sand_lab.csv for what it is).
 lab: yade $(VENV)/.done
 	$(BIN)/python cases/make_lab.py
@@ -66,7 +79,7 @@ yade:
 	if [ -n "$$missing" ]; then \
 	  sudo=$$([ $$(id -u) = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends \
-	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs root or sudo, and Debian 12 or 13 (tried: YADE 2023.02a and 2025.2.0); for a build of your own see README.md" >&2; exit 1; }; \
+	    yade util-linux coreutils python3-venv >/dev/null || { echo "could not install YADE: it needs root or sudo, and Debian 12 or 13 (tried: YADE 2023.02a and 2025.2.0); for a build of your own see docs/installing.md" >&2; exit 1; }; \
 	fi
 
 # For the tests of --engine slurm: a SLURM that they start and stop themselves. Without root or sudo they are skipped.
@@ -106,6 +119,10 @@ $(VENV)/.done-test: $(VENV)/.done requirements-test.lock
 	$(LOCKED) requirements-test.lock
 	touch $@
 
+$(VENV)/.done-docs: $(VENV)/.done requirements-docs.lock
+	$(LOCKED) requirements-docs.lock
+	touch $@
+
 release: $(VENV)/.done-test
 	$(BIN)/python -m delivery.release
 
@@ -115,8 +132,9 @@ lock:
 	printf 'hatchling\neditables\n' > .venv-lock/build.in
 	$(UV) pyproject.toml .venv-lock/build.in --extra photo -o requirements.lock
 	$(UV) pyproject.toml .venv-lock/build.in --extra test --extra photo -c requirements.lock -o requirements-test.lock
+	$(UV) pyproject.toml --extra docs -c requirements-test.lock -o requirements-docs.lock
 	$(UV) tests/handover/lammps.in -o requirements-lammps.lock
 	rm -r .venv-lock
 
 clean:
-	rm -rf $(VENV) $(VENV)-lammps results dist
+	rm -rf $(VENV) $(VENV)-lammps results dist build

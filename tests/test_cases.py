@@ -65,7 +65,7 @@ def test_the_forecast_on_the_cluster_page_is_what_plan_prints(tmp_path, capsys):
     assert main(["plan", str(CASES / "quartz_sand_full.toml"), "--results", str(tmp_path)]) == 0
     printed = capsys.readouterr().out.splitlines()[:2]
     page = (CASES.parent / "docs" / "cluster.md").read_text()
-    assert len(printed) == 2 and all(f"    {line}\n" in page for line in printed)
+    assert len(printed) == 2 and all(f"\n{line}\n" in page for line in printed)
 
 
 def test_the_five_numbers_of_the_paper_cannot_tell_what_is_missing(tmp_path):

@@ -12,7 +12,7 @@ from calibrator.verbs import DIAGNOSIS, HANDED_ON, LOOKED_AT, VERBS
 
 REPO = Path(__file__).resolve().parent.parent
 DOCUMENTS = sorted(
-    [*REPO.glob("*.md"), *(REPO / "docs").glob("*.md"), *(REPO / "grid").glob("*.md")]
+    [*REPO.glob("*.md"), *(REPO / "docs").rglob("*.md"), *(REPO / "grid").glob("*.md")]
 )
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"python -m ((?:benchmarks|delivery|tests\.campaigns)[\w.]*)")
@@ -106,5 +106,11 @@ def test_the_options_of_the_commands_are_those_that_the_page_names():
 
 def test_the_verbs_are_those_that_the_readme_names():
     text = (REPO / "README.md").read_text()
-    named_verbs = re.findall(r"^    calibrator (\w+) my_sand.toml", text, re.M)
+    named_verbs = re.findall(r"^calibrator (\w+) my_sand.toml", text, re.M)
     assert named_verbs == [*VERBS, "all", *LOOKED_AT, *DIAGNOSIS, *HANDED_ON]
+
+
+def test_the_readme_is_short_and_shows_the_report_first():
+    lines = (REPO / "README.md").read_text().splitlines()
+    assert len(lines) <= 150
+    assert any(line.startswith("![") for line in lines[:20])

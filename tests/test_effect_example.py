@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import subprocess
-import textwrap
 from pathlib import Path
 
 import pytest
@@ -17,12 +16,9 @@ pytestmark = pytest.mark.yade
 
 
 def blocks():
-    """The indented blocks of the page."""
+    """The fenced blocks of the page: an entry of the contract, and a function."""
     text = (REPO / "docs" / "effects.md").read_text()
-    return [
-        textwrap.dedent(block)
-        for block in re.findall(r"(?:^    .*\n|^\n(?=    ))+", text, re.MULTILINE)
-    ]
+    return re.findall(r"^```(?:json|python)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module")

@@ -47,10 +47,8 @@ def test_the_command_writes_the_defaults_and_leaves_the_words(tmp_path):
 
 
 def test_the_example_of_the_cluster_page_has_the_defaults():
-    (block,) = re.findall(
-        r"^    \[cluster\]\n(?:    .+\n)+", (DOCS / "cluster.md").read_text(), re.M
-    )
-    example = tomllib.loads(re.sub("^    ", "", block, flags=re.M))["cluster"]
+    (block,) = re.findall(r"^```toml\n(.*?)^```$", (DOCS / "cluster.md").read_text(), re.M | re.S)
+    example = tomllib.loads(block)["cluster"]
     assert set(example) == SECTIONS["cluster"].__dataclass_fields__.keys() - {"shell"}
     defaults = keys_of("cluster")
     for key in ("slice_minutes", "most_tasks", "grace"):

@@ -98,8 +98,7 @@ def test_other_engines_get_springs_and_steps_from_the_formulas_of_the_scripts(fo
 def test_the_example_of_the_document_runs_where_there_are_no_scripts(tmp_path):
     """The grain falls for a while, meets the wall, and is held by a contact of the wall's kind."""
     page = (HERE.parents[1] / "docs" / "export.md").read_text()
-    example = re.search(r"    import sys; sys.path.*\n(?:    .*\n|\n(?=    ))+", page).group()
-    lines = [line.removeprefix("    ") for line in example.splitlines()]
+    (example,) = re.findall(r"^```python\n(import sys\n.*?)^```$", page, re.M | re.S)
     folder = tmp_path / "results" / "my_sand" / "export"
     folder.mkdir(parents=True)
     values = {**SAND, "particle_radius": 1e-3}
@@ -109,7 +108,7 @@ O.run(40000, True)
 (contact,) = [i for i in O.interactions if i.isReal]
 open("found.txt", "w").write(repr([O.bodies[1].state.pos[2], contact.phys.kr, O.dt]))
 """
-    (tmp_path / "own.py").write_text("\n".join(lines) + ending)
+    (tmp_path / "own.py").write_text(example + ending)
     said = call(tmp_path / "own.py", tmp_path)
     assert (tmp_path / "found.txt").exists(), said
     height, spring, dt = ast.literal_eval((tmp_path / "found.txt").read_text())

@@ -134,7 +134,7 @@ def test_the_page_names_the_kinds_and_options_as_they_are():
     (verbs,) = (a for a in parser()._actions if a.dest == "verb")
     (kinds,) = (a for a in verbs.choices["measure"]._actions if a.dest == "kind")
     page = (REPO / "docs" / "measure.md").read_text()
-    assert re.findall(r"^    calibrator measure (\w+) ", page, re.M) == list(kinds.choices)
+    assert re.findall(r"^calibrator measure (\w+) ", page, re.M) == list(kinds.choices)
     taken = {
         s for own in kinds.choices.values() for a in own._actions for s in a.option_strings
     } - {"-h", "--help"}

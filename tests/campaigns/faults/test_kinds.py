@@ -115,10 +115,10 @@ def test_every_kind_of_fault_was_injected(found):
     assert sum(k.fake + k.real for k in KINDS) >= 200
 
 
-def test_every_promise_of_the_readme_names_a_test_that_is_here():
+def test_every_promise_of_the_document_names_a_test_that_is_here():
     rows = [
         line
-        for line in (REPO / "README.md").read_text().splitlines()
+        for line in (REPO / "docs" / "promises.md").read_text().splitlines()
         if re.match(r"  \| .*`test_\w+` \|$", line)
     ]
     assert len(rows) >= 14
