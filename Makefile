@@ -65,7 +65,7 @@ docs: $(VENV)/.done-docs
 linkcheck: $(VENV)/.done-docs
 	$(SITE) -b linkcheck . build/linkcheck
 
-gallery: $(VENV)/.done
+gallery: yade $(VENV)/.done
 	$(BIN)/python -m docs.make_gallery
 
 # The synthetic measurement behind the demo, made anew (see cases/coarse_sand_lab.csv for what it is).
