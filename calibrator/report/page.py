@@ -12,6 +12,7 @@ from pathlib import Path
 from calibrator.files import write_text
 from calibrator.report.answer import answer, candidates_table
 from calibrator.report.calibration import calibration
+from calibrator.report.curves import curves
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, page
 from calibrator.report.provenance import failures, provenance
@@ -56,6 +57,7 @@ SECTIONS: tuple[Callable[[Findings, Album], str], ...] = (
     candidates_table,
     verification,
     validation,
+    curves,
     failures,
     provenance,
 )
