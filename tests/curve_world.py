@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrator.case.curve import MeasuredCurve
+from calibrator.case.curve import MeasuredCurve, curve_file
 from calibrator.case.vocabulary import RESPONSES
 from tests import fake_yade
 from tests.stand_in import World
@@ -97,17 +97,11 @@ def photographed(
     return MeasuredCurve(*(tuple(map(float, one)) for one in (at, found, noise)), scale_error)
 
 
-def as_csv(curve):
-    """The text of a curve's file."""
-    rows = zip(curve.x, curve.value, curve.scatter, strict=True)
-    return "".join(["x,value,scatter\n", *(f"{x!r},{y!r},{e!r}\n" for x, y, e in rows)])
-
-
 def write(folder: Path, rows: str, curves: dict[str, MeasuredCurve], case: str = "") -> Path:
     """Write a case with the rows of its lab file and its curves; returns the case file's path."""
     (folder / "lab.csv").write_text(HEAD + rows)
     for name, curve in curves.items():
-        (folder / name).write_text(as_csv(curve))
+        (folder / name).write_text(curve_file(curve))
     path = folder / "toy.toml"
     path.write_text(CASE + case)
     return path

@@ -56,7 +56,7 @@ def test_the_frictions_behind_the_photograph_are_found(done):
     for profile in summary["calibrate"]["identifiability"]["parameters"]:
         low, high = profile["interval_95"]
         assert low <= TRUTH[profile["name"]] <= high
-        assert profile["share"] < 0.5 if "share" in profile else profile["pinned"]
+        assert profile["pinned"]
     assert summary["calibrate"]["reachability"]["all"]
 
 

@@ -81,3 +81,10 @@ def read_curve(path: Path) -> MeasuredCurve:
         return MeasuredCurve(x, value, scatter)
     except CalibratorError as error:
         raise CalibratorError(f"{path}: {error}") from None
+
+
+def curve_file(curve: MeasuredCurve) -> str:
+    """The text of a curve's file, which `read_curve` reads."""
+    rows = zip(curve.x, curve.value, curve.scatter, strict=True)
+    lines = [",".join((*COLUMNS, *OPTIONAL)), *(f"{x!r},{y!r},{s!r}" for x, y, s in rows)]
+    return "\n".join(lines) + "\n"

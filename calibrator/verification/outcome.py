@@ -140,8 +140,8 @@ class Verdict(Counts):
             more = f"{len(self.undecided)} of {len(self.responses)} targets undecided"
             first += f"; {more}: give more replicates"
         failed = [f"  {run_id} {why}" for run_id, why in self.failed.items()]
-        compared = [*self.responses, *self.curves]
-        return [first, *(f"  {one.line}" for one in compared), *failed]
+        said = [*(r.line for r in self.responses), *(curve.line for curve in self.curves)]
+        return [first, *(f"  {line}" for line in said), *failed]
 
 
 @dataclass(frozen=True)
@@ -218,5 +218,8 @@ def all_passed(comparisons: Sequence[Comparison], most_failed: float) -> bool | 
 
 def worst_verdict(comparisons: Sequence[Comparison]) -> str:
     """What became of several comparisons together: the word of the worst one."""
-    order = (lambda c: c.reported_only, lambda c: c.passed, lambda c: c.undecided)
-    return max(comparisons, key=lambda c: [not is_so(c) for is_so in order]).verdict
+
+    def badness(one: Comparison) -> tuple[bool, bool, bool]:
+        return (not one.reported_only, not one.passed, not one.undecided)
+
+    return max(comparisons, key=badness).verdict

@@ -2,11 +2,11 @@
 
 import pytest
 
-from calibrator.case.curve import MeasuredCurve, read_curve
+from calibrator.case.curve import MeasuredCurve, curve_file, read_curve
 from calibrator.case.lab import read_lab
 from calibrator.case.toml import read_case
 from calibrator.errors import CalibratorError
-from tests.curve_world import HEAD, as_csv, photographed_heap, write
+from tests.curve_world import HEAD, photographed_heap, write
 
 ROW = "conical_pile,profile_height,heap.csv,,5,m,calibrate\n"
 GOOD = "x,value,scatter\n" + "".join(f"{i},{9 - i},0.1\n" for i in range(9))
@@ -14,7 +14,7 @@ GOOD = "x,value,scatter\n" + "".join(f"{i},{9 - i},0.1\n" for i in range(9))
 
 def test_a_curve_is_read_as_it_was_written(tmp_path):
     curve = photographed_heap()
-    (tmp_path / "heap.csv").write_text(as_csv(curve))
+    (tmp_path / "heap.csv").write_text(curve_file(curve))
     assert read_curve(tmp_path / "heap.csv") == curve
     (tmp_path / "bare.csv").write_text("x;value\n" + "".join(f"{i};0,{i}\n" for i in range(1, 9)))
     bare = read_curve(tmp_path / "bare.csv")
@@ -78,7 +78,7 @@ def test_a_row_of_the_lab_file_names_a_curve(tmp_path):
     ],
 )
 def test_a_row_that_names_none_is_refused(tmp_path, row, said):
-    (tmp_path / "heap.csv").write_text(as_csv(photographed_heap()))
+    (tmp_path / "heap.csv").write_text(curve_file(photographed_heap()))
     (tmp_path / "lab.csv").write_text(HEAD + row)
     with pytest.raises(CalibratorError, match=said):
         read_lab(tmp_path / "lab.csv")
