@@ -12,6 +12,7 @@ of fresh runs at the truth, and of a heap with ripples that no simulated one has
 """
 
 import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.plan.design import sobol
 from calibrator.responses.curves import Components, components
 from calibrator.responses.fit import fit_responses
-from calibrator.responses.interpolant import Interpolant, known_noise
+from calibrator.responses.interpolant import Interpolant, seed_noise
 from calibrator.responses.targets import met
 from calibrator.search.identifiability import identify
 from calibrator.search.reach import unreachable
@@ -30,6 +31,7 @@ from tests.curve_world import RADII, heap, photographed, scatter
 
 SETS, SEEDS, POINTS, FRESH = 24, 2, 200, 5
 SCALE_ERROR, RIPPLES = 0.01, 0.4e-3
+WITHOUT_SURFACES = 10  # times as many laboratories, of which only fresh runs at the truth are asked
 SAMPLES, POSITIONS = 2**12, 21  # of `identify`: a quarter of what a calibration uses
 PARAMETERS = (Parameter("rolling_friction", 0.05, 0.45), Parameter("sliding_friction", 0.2, 0.7))
 
@@ -75,26 +77,52 @@ def held(problem: Problem, interpolant: Interpolant, truth: np.ndarray) -> np.nd
     return np.array([*inside, [p.share for p in found]], float)
 
 
-def one_laboratory(seed: int) -> dict[str, np.ndarray | float]:
-    """All that is asked of one laboratory."""
-    rng = np.random.default_rng(seed)
-    bare = problem_of(photographed(rng))
-    truth = bare.values_at(rng.uniform(0.2, 0.8, (1, 2)))[0]
-    points = np.repeat(sobol(bare, SETS), SEEDS, axis=0)
-    curves = [run(point, rng) for point in points]
-    shown = dict(zip(bare.names, truth, strict=True))
-    options = {"scale_error": SCALE_ERROR, "points": POINTS, "truth": shown}
-    seen = problem_of(photographed(rng, **options))
-    problem, interpolant, found = calibrated(seen, points, curves)
-    fresh = np.array([list(found.of(run(truth, rng)).values()) for _ in range(FRESH)])
-    noise = known_noise(interpolant)
-    odd = problem_of(photographed(rng, bump=RIPPLES, **options))
-    alien, surface, _ = calibrated(odd, points, curves)
+@dataclass(frozen=True)
+class Laboratory:
+    """A truth (d,), the database's sets (n, d) and curves, and two photographs of the truth."""
+
+    truth: np.ndarray
+    points: np.ndarray
+    curves: list[np.ndarray]
+    seen: Problem
+    rippled: Problem
+    fresh: list[np.ndarray]
+
+    @classmethod
+    def of(cls, seed: int) -> "Laboratory":
+        """The laboratory of a seed."""
+        rng = np.random.default_rng(seed)
+        bare = problem_of(photographed(rng))
+        truth = bare.values_at(rng.uniform(0.2, 0.8, (1, 2)))[0]
+        points = np.repeat(sobol(bare, SETS), SEEDS, axis=0)
+        curves = [run(point, rng) for point in points]
+        shown = dict(zip(bare.names, truth, strict=True))
+        options = {"scale_error": SCALE_ERROR, "points": POINTS, "truth": shown}
+        seen = problem_of(photographed(rng, **options))
+        fresh = [run(truth, rng) for _ in range(FRESH)]
+        rippled = problem_of(photographed(rng, bump=RIPPLES, **options))
+        return cls(truth, points, curves, seen, rippled, fresh)
+
+    @property
+    def truth_met(self) -> bool:
+        """Whether fresh runs at the truth meet the curve."""
+        found = components(self.seen.targets[0], self.points, self.curves)
+        values, fresh = (
+            np.array([list(found.of(one).values()) for one in own])
+            for own in (self.curves, self.fresh)
+        )
+        noise, _ = seed_noise(self.points, values)
+        return bool(met(found.targets, fresh.mean(axis=0), noise, FRESH).all())
+
+
+def asked_of(one: Laboratory) -> dict[str, np.ndarray | float]:
+    """What a calibration of one laboratory says."""
+    problem, interpolant, found = calibrated(one.seen, one.points, one.curves)
+    alien, surface, _ = calibrated(one.rippled, one.points, one.curves)
     return {
         "components": float(len(found.targets)),
-        "curve": held(problem, interpolant, truth),
-        "independent": held(as_independent(found, problem), interpolant, truth),
-        "met": float(met(problem.targets, fresh.mean(axis=0), noise, FRESH).all()),
+        "curve": held(problem, interpolant, one.truth),
+        "independent": held(as_independent(found, problem), interpolant, one.truth),
         "out_of_reach": float(not unreachable(problem, interpolant).all),
         "ripples_out_of_reach": float(not unreachable(alien, surface).all),
     }
@@ -116,7 +144,8 @@ def summary(found: np.ndarray) -> dict[str, object]:
 def main() -> None:
     """Calibrate, count."""
     trials = 4 if asked_for_quick(__doc__, "4 laboratories instead of 40") else 40
-    all_found = [one_laboratory(seed) for seed in range(trials)]
+    all_found = [asked_of(Laboratory.of(seed)) for seed in range(trials)]
+    truths_met = [Laboratory.of(seed).truth_met for seed in range(WITHOUT_SURFACES * trials)]
     columns = {key: np.array([one[key] for one in all_found]) for key in all_found[0]}
     write(
         "curve_coverage",
@@ -126,7 +155,10 @@ def main() -> None:
             "components": float(columns["components"].mean()),
             "curve": summary(columns["curve"]),
             "points_as_independent": summary(columns["independent"]),
-            "truth_met": wilson(int(columns["met"].sum()), trials),
+            "truth_met": {
+                **wilson(sum(truths_met), len(truths_met)),
+                "trials": len(truths_met),
+            },
             "false_out_of_reach": wilson(int(columns["out_of_reach"].sum()), trials),
             "ripples_out_of_reach": wilson(int(columns["ripples_out_of_reach"].sum()), trials),
         },
