@@ -6,6 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
+from calibrator.check import check_case
 from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.foresight.impossible import require_possible
@@ -24,7 +25,7 @@ from tests.curve_world import (
     world,
     write,
 )
-from tests.stand_in import put_in_place
+from tests.stand_in import lacking_nothing, put_in_place
 
 ROWS = (
     "conical_pile,profile_height,heap.csv,,5,m,calibrate\n"
@@ -89,15 +90,18 @@ def test_the_page_shows_the_curve_with_its_band(done):
     } <= figures
 
 
-def test_a_shipped_database_with_its_curves_gives_the_same_targets(done, tmp_path):
+def test_a_shipped_database_with_its_curves_gives_the_same_targets(done, tmp_path, monkeypatch):
     made = space_for(done / "toy.toml", done / "results")
     shipped = '[run]\nshipped = "runs.csv"\n'
     there = space_for(write(tmp_path, ROWS, measured(), OPTIONS + shipped), tmp_path / "results")
     database = made.path / "database.csv"
     shutil.copy(database, tmp_path / "runs.csv")
-    with pytest.raises(CalibratorError, match=r"left no profile_height.*runs_curves\.npz"):
-        calibrate(there)
+    monkeypatch.setattr("calibrator.check.examine", lacking_nothing)
+    for verb in (check_case, calibrate):
+        with pytest.raises(CalibratorError, match=r"left no profile_height.*runs_curves\.npz"):
+            verb(there)
     shutil.copy(companion(database), tmp_path / "runs_curves.npz")
+    assert check_case(there).targets == (HEAP, "hourglass.bulk_density")
     calibration = calibrate(there)
     first = json.loads((made.path / "summary.json").read_text())["calibrate"]
     assert calibration.compromise.parameters == first["candidates"]["compromise"]["parameters"]

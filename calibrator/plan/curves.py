@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.problem import Problem, Target
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, Mistakes
 from calibrator.responses.curves import Components, components
 from calibrator.responses.interpolant import FEWEST_DEGREES
 from calibrator.responses.table import experiment_of, points_of
@@ -77,6 +77,16 @@ def with_components(
         case=dataclasses.replace(space.case, problem=expanded),
         measure=OnCurves(expanded, (*components_of(space), *found.values())),
     )
+
+
+def require_curves(space: Workspace, records: Sequence[Record]) -> None:
+    """Raise CalibratorError where any of these runs lacks a curve that is a target."""
+    mistakes = Mistakes()
+    for target in (t for t in space.case.problem.targets if t.curve):
+        own, curves = _runs_of(space, target, records)
+        if len(curves) < len(own):
+            mistakes.note([_missing(space, target, len(own) - len(curves), len(own))])
+    mistakes.raise_any()
 
 
 def _of_curve(space: Workspace, target: Target, records: Sequence[Record]) -> Components:
