@@ -11,6 +11,7 @@ from calibrator.foresight.impossible import require_possible
 from calibrator.foresight.smallest import small_vessels
 from calibrator.foresight.steps import step_doubts
 from calibrator.foresight.values import Resolved, resolved, table
+from calibrator.plan.curves import require_curves
 from calibrator.plan.requests import plan_requests
 from calibrator.runs.machine import examine
 from calibrator.runs.workspace import Workspace, beyond, for_new_seeds
@@ -49,7 +50,7 @@ def check_case(space: Workspace) -> Checked:
     if mistakes.messages:
         mistakes.note(odd_materials(case, values))
     with mistakes.noted():
-        space.shipped()
+        require_curves(space, space.shipped().find(plan_requests(case)))
     for settings in (case.verify, case.validate, case.diagnosis):
         with mistakes.noted():
             for_new_seeds(space, settings).shipped()

@@ -11,6 +11,7 @@ import json
 import os
 import stat
 import zipfile
+from collections.abc import Collection
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -98,8 +99,10 @@ def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
-def read_arrays(path: Path, megabytes: float = 256) -> dict[str, np.ndarray]:
-    """The arrays of an .npz file as floats.
+def read_arrays(
+    path: Path, megabytes: float = 256, names: Collection[str] | None = None
+) -> dict[str, np.ndarray]:
+    """The arrays of an .npz file as floats; names : of those that are wanted, None for all.
 
     A file that would have to be unpickled is refused: unpickling runs whatever code the file holds.
     Raises FileNotFoundError, or ValueError where it is damaged.
@@ -110,7 +113,8 @@ def read_arrays(path: Path, megabytes: float = 256) -> dict[str, np.ndarray]:
             if sum(member.file_size for member in archive.infolist()) > megabytes * MEGABYTE:
                 raise ValueError(f"it unpacks to more than {megabytes:g} MB")
         with np.load(path, allow_pickle=False) as arrays:
-            found = {name: arrays[name] for name in arrays.files}
+            wanted = arrays.files if names is None else set(arrays.files) & set(names)
+            found = {name: arrays[name] for name in wanted}
     except FileNotFoundError:
         raise
     # the readers of zip, deflate and npy raise a dozen kinds on damaged bytes

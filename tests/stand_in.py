@@ -33,6 +33,10 @@ def _usual_responses(setup: str, p: dict[str, Any], seed: int) -> dict[str, floa
     return fake_yade.responses_of(setup, p)
 
 
+def _no_curves(setup: str, p: dict[str, Any], seed: int) -> dict[str, Any]:
+    return {}
+
+
 def _never_fails(setup: str, p: dict[str, Any], seed: int) -> str:
     return "ok"
 
@@ -44,12 +48,14 @@ class World:
     Attributes
     ----------
     responses_of : (setup, parameters, seed) -> responses without noise; status_of : the same to how
-        the run ends; noise : relative scatter of a run, one number or one per response.
+        the run ends; noise : relative scatter of a run, one number or one per response; curves_of :
+        the same to the arrays that a run leaves, with what scatter they have.
     """
 
     responses_of: Callable[[str, dict[str, Any], int], dict[str, float]] = _usual_responses
     status_of: Callable[[str, dict[str, Any], int], str] = _never_fails
     noise: Noise = fake_yade.NOISE
+    curves_of: Callable[[str, dict[str, Any], int], dict[str, Any]] = _no_curves
 
     @classmethod
     def read(cls, text: str) -> World:
@@ -65,6 +71,11 @@ class World:
     def scatter(self, response: str) -> float:
         """Relative scatter of one run."""
         return self.noise if isinstance(self.noise, float) else self.noise.get(response, 0.0)
+
+    def curves(self, request: Request) -> dict[str, Any]:
+        """The arrays that a run leaves."""
+        p = contract.checked(request.setup, dict(request.parameters))
+        return self.curves_of(request.setup, p, int(request.parameters["seed"]))
 
     def record(self, request: Request) -> dict[str, Any] | None:
         """The record of a run; None for a run that dies without one."""
@@ -118,7 +129,8 @@ class StandIn(engine.Engine):
             if record is None:
                 folder.log(request).write_text("made up: crash\n\nstatus  : 256 (x)\n")
             else:
-                contract.write_record(str(folder.path / "records"), request.run_id, record, {})
+                curves = self.world.curves(request) if record["status"] == "ok" else {}
+                contract.write_record(str(folder.path / "records"), request.run_id, record, curves)
         note_ended(folder, now)
         return bool(self.waiting)
 

@@ -21,7 +21,7 @@ from calibrator.case.settings import (
     Search,
     Validation,
 )
-from calibrator.case.vocabulary import PARAMETERS, SETUPS
+from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError
 from calibrator.files import named_file
 
@@ -81,6 +81,12 @@ class Case:
     def conditions(self) -> dict[str, Condition]:
         """Variants of set-ups by name."""
         return self.problem.conditions
+
+    @property
+    def has_curves(self) -> bool:
+        """Whether a target is a curve, or stands for a part of one."""
+        problem = self.problem
+        return any(t.response not in RESPONSES for t in (*problem.targets, *problem.held_out))
 
     @property
     def shipped(self) -> Path | None:

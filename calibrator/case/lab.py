@@ -12,17 +12,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calibrator.case.cells import read_rows, whole
+from calibrator.case.curve import MeasuredCurve, read_curve
 from calibrator.case.experiment import experiment_name
 from calibrator.case.problem import Target
 from calibrator.case.values import LARGEST, known
-from calibrator.case.vocabulary import EFFECTS, PARAMETERS, RESPONSES, SETUPS
+from calibrator.case.vocabulary import CURVES, EFFECTS, PARAMETERS, RESPONSES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
+from calibrator.files import named_file
 
 COLUMNS = ("setup", "response", "value", "scatter", "replicates", "unit", "role")
 OPTIONAL = ("condition", "days")
 WITH_CONDITION = ("setup", "condition", *COLUMNS[1:])
 ROLES = ("calibrate", "held_out", "diagnose")
 NUISANCES = ("nuisance", "observables", "error", "unit")
+MEASURED = {**RESPONSES, **CURVES}
+"""What a row can be of: a response, or a curve as a whole."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +36,9 @@ class Observable:
     value and scatter (standard deviation of one replicate, 0: unknown) in the response's unit;
     replicates is how many measurements the value averages, and days on how many of these something
     that they share was new (set up afresh, another operator, another day); role: used to calibrate,
-    only to diagnose a gap, or held out. Raises CalibratorError for an unknown name, a value that is
-    not finite, and what cannot be a target although its role makes it one.
+    only to diagnose a gap, or held out; curve: of an observable that is a curve as a whole, its
+    value the mean height. Raises CalibratorError for an unknown name, a value that is not finite,
+    and what cannot be a target although its role makes it one.
     """
 
     setup: str
@@ -44,11 +49,12 @@ class Observable:
     role: str
     condition: str = ""
     days: int = 1
+    curve: MeasuredCurve | None = None
 
     def __post_init__(self) -> None:
         known(self.role, ROLES, "role")
         known(self.setup, SETUPS, "set-up")
-        quantity = RESPONSES[known(self.response, RESPONSES, "response")]
+        quantity = MEASURED[known(self.response, MEASURED, "response")]
         if self.setup not in quantity.setups:
             raise CalibratorError(
                 f"{self.setup} does not measure {self.response}: use {' or '.join(quantity.setups)}"
@@ -70,10 +76,15 @@ class Observable:
             )
         if self.role != "diagnose":
             self.target()
+        elif self.curve:
+            raise CalibratorError(
+                f"{self.key}: a curve is no evidence for a diagnosis; give it the role calibrate or"
+                " held_out"
+            )
 
     def _require_possible(self) -> None:
         """Raise CalibratorError for a value that the response cannot have."""
-        quantity = RESPONSES[self.response]
+        quantity = MEASURED[self.response]
         low = -LARGEST if quantity.low is None else quantity.low
         high = LARGEST if quantity.high is None else quantity.high
         if low <= self.value <= high:
@@ -106,6 +117,7 @@ class Observable:
             self.scatter,
             self.replicates,
             condition=self.condition,
+            curve=self.curve,
         )
 
 
@@ -151,15 +163,16 @@ def read_lab(path: Path) -> list[Observable]:
     """Read a lab file; lines starting with # are notes.
 
     Columns: setup, condition and days (may be left out where no row has them), response, value
-    (mean), scatter (standard deviation of one replicate; empty = unknown), replicates, unit (must
-    be the vocabulary's), role (calibrate, held_out or diagnose). Raises CalibratorError with the
-    number of every line that is wrong and the remedy.
+    (mean; of a curve the name of its file, beside the lab file), scatter (standard deviation of one
+    replicate; empty = unknown), replicates, unit (must be the vocabulary's), role (calibrate,
+    held_out or diagnose). Raises CalibratorError with the number of every line that is wrong and
+    the remedy.
     """
     rows = read_rows(path, "lab file", COLUMNS, OPTIONAL)
     observables, mistakes = [], Mistakes()
     for where, cells in rows:
         with mistakes.noted():
-            observables.append(_observable(where, cells))
+            observables.append(_observable(path, where, cells))
     mistakes.note(
         f"{path}: {key} is given more than once; keep one row"
         for key, count in Counter(one.key for one in observables).items()
@@ -182,23 +195,31 @@ def read_nuisances(path: Path, observables: list[Observable]) -> list[Nuisance]:
     return found
 
 
-def _observable(where: str, row: dict[str, str]) -> Observable:
-    """The observable of one row; where : the place that a message names."""
-    quantity = RESPONSES[known(row["response"], RESPONSES, f"response ({where})")]
+def _observable(path: Path, where: str, row: dict[str, str]) -> Observable:
+    """The observable of one row of the file at path; where : the place that a message names."""
+    quantity = MEASURED[known(row["response"], MEASURED, f"response ({where})")]
     if row["unit"] != quantity.unit:
         raise CalibratorError(
             f"{where}: {row['response']} in {row['unit']!r}; convert it to {quantity.unit}"
         )
+    curve = None
+    if row["response"] in CURVES:
+        if row["scatter"]:
+            raise CalibratorError(
+                f"{where}: the scatter of a curve is a column of its file; leave the cell empty"
+            )
+        curve = read_curve(named_file(path, row["value"], f"{where}: value"))
     try:
         return Observable(
             row["setup"],
             row["response"],
-            float(row["value"]),
+            curve.level if curve else float(row["value"]),
             float(row["scatter"] or 0.0),
             whole(row["replicates"] or "1"),
             row["role"],
             row.get("condition", ""),
             whole(row.get("days") or "1"),
+            curve,
         )
     except ValueError as error:
         raise CalibratorError(f"{where}: {error}; write plain numbers") from None
@@ -221,7 +242,7 @@ def _nuisance(where: str, row: dict[str, str], observables: list[Observable]) ->
     elif found.fixed:
         units = {_fixed_unit(*found.fixed, where)}
     else:
-        units = {RESPONSES[o.response].unit for o in observables if found.touches(o)}
+        units = {MEASURED[o.response].unit for o in observables if found.touches(o)}
         if not units:
             raise CalibratorError(
                 f"{where}: {found.observables} is the key of no row in the lab file; correct it"

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calibrator.case.constraints import Constraint, require_room
+from calibrator.case.curve import MeasuredCurve
 from calibrator.case.experiment import Condition, experiment_name, ordered, parts_of
 from calibrator.case.values import LARGEST, SMALLEST, Value, checked_value, known
-from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS, RESPONSES, SETUPS
+from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS, QUANTITIES, SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 
 WIDEST_LOG_SCALE = 1e12
@@ -99,7 +100,9 @@ class Target:
 
     value and scatter (standard deviation of one replicate) are in the response's unit; replicates
     is how many measurements the value averages; tolerance is the relative error at which the target
-    counts as met; weight is its share of the objective O1.
+    counts as met; weight is its share of the objective O1; size is what relative errors refer to
+    where that is not |value|. A target with a curve is the curve as a whole, its value the mean
+    height: the machinery sees the targets that stand for its components (`responses.curves`).
     """
 
     setup: str
@@ -110,14 +113,16 @@ class Target:
     weight: float = 1.0
     tolerance: float = USUAL_TOLERANCE
     condition: str = field(default="", metadata=UNMENTIONED)
+    size: float = field(default=0.0, metadata=UNMENTIONED)
+    curve: MeasuredCurve | None = field(default=None, metadata=UNMENTIONED)
 
     def __post_init__(self) -> None:
         known(self.setup, SETUPS, "set-up")
-        known(self.response, RESPONSES, "response")
-        if self.setup not in RESPONSES[self.response].setups:
+        known(self.response, QUANTITIES, "response")
+        if self.setup not in QUANTITIES[self.response].setups:
             raise CalibratorError(
                 f"{self.setup} does not measure {self.response}: use"
-                f" {' or '.join(RESPONSES[self.response].setups)}"
+                f" {' or '.join(QUANTITIES[self.response].setups)}"
             )
         if not (self.value == 0 or SMALLEST <= abs(self.value) <= LARGEST):
             raise CalibratorError(f"target {self.key} = {self.value}: give a finite value")
@@ -127,11 +132,11 @@ class Target:
                     f"target {self.key}: {name} = {getattr(self, name)}; give zero or a positive"
                     f" number, at most {most:g}"
                 )
-        if self.scatter == 0 and self.value == 0:
+        if self.scatter == 0 and self.value == 0 and not (self.size or self.curve):
             raise CalibratorError(
                 f"target {self.key} is zero: give its scatter, as a share of zero says nothing"
             )
-        if self.scatter == 0 and self.tolerance == 0:
+        if self.scatter == 0 and self.tolerance == 0 and not self.curve:
             raise CalibratorError(
                 f"target {self.key} has neither scatter nor tolerance: give at least one of them"
             )
@@ -159,10 +164,12 @@ class Target:
     def scale(self) -> float:
         """Size that relative errors refer to, in the response's unit, above zero.
 
-        It is |value|, as in Eq. (3) of the reference paper. Within NEAR_ZERO standard errors of
-        zero a share of the value says nothing; there it is the size whose tolerance is two standard
-        errors of the measurement.
+        It is |value|, as in Eq. (3) of the reference paper, unless the target has a size. Within
+        NEAR_ZERO standard errors of zero a share of the value says nothing; there it is the size
+        whose tolerance is two standard errors of the measurement.
         """
+        if self.size:
+            return self.size
         if abs(self.value) >= NEAR_ZERO * self.standard_error:
             return abs(self.value)
         return 2 * self.standard_error / (self.tolerance or USUAL_TOLERANCE)

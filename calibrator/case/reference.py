@@ -12,9 +12,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from calibrator.case.curve import MeasuredCurve
 from calibrator.case.problem import Parameter, Target
 from calibrator.case.settings import Diagnosis
-from calibrator.case.toml import SECTIONS, TARGET_OPTIONS
+from calibrator.case.toml import CURVE_OPTIONS, SECTIONS, TARGET_OPTIONS
 from calibrator.errors import CalibratorError
 
 ALL = "all"
@@ -26,7 +27,8 @@ def keys_of(section: str) -> dict[str, str]:
     cls = {**SECTIONS, "parameters": Parameter, "targets": Target}[section]
     keys = {f.name: _printed(f) for f in dataclasses.fields(cls)}
     if section == "targets":
-        return {key: keys[key] for key in TARGET_OPTIONS}
+        keys |= {f.name: _printed(f) for f in dataclasses.fields(MeasuredCurve)}
+        return {key: keys[key] for key in (*TARGET_OPTIONS, *CURVE_OPTIONS)}
     if section == "parameters":
         keys.pop("name")  # it is the heading
     return keys

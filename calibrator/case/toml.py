@@ -60,6 +60,7 @@ KEYS = (
 )
 PLAIN_WORD = "[A-Za-z0-9_]{1,64}"
 TARGET_OPTIONS = ("weight", "tolerance")
+CURVE_OPTIONS = ("scale_error", "offset_error", "shift_error")
 
 
 def read_case(path: str | Path, site: Path | None = None, lab: Path | None = None) -> Case:
@@ -134,7 +135,7 @@ def _note_unknown(tables: Table, mistakes: Mistakes) -> None:
 def _measurements(measured: Path, tables: Table, own: Table, settings: Table, path: Path) -> Table:
     """What the lab file says, and what the case says of its rows."""
     rows, mistakes = read_lab(measured), Mistakes()
-    found: Table = {"observables": tuple(rows)}
+    found: Table = {"observables": tuple(one for one in rows if not one.curve)}
     if "conditions" in own:
         for one in rows:
             with mistakes.noted():
@@ -309,7 +310,7 @@ def _table(value: Any, where: str) -> Table:
 def _targets(tables: Table, observables: list[Observable]) -> list[tuple[str, Target]]:
     """(role, target) of every row to calibrate or to validate with.
 
-    [targets."setup.response"] may set weight and tolerance.
+    [targets."setup.response"] may set weight and tolerance, and what a curve's points share.
     """
     options = _table(tables.get("targets", {}), "targets")
     keys, targets, mistakes = [o.key for o in observables], [], Mistakes()
@@ -320,11 +321,15 @@ def _targets(tables: Table, observables: list[Observable]) -> list[tuple[str, Ta
         if one.role == "diagnose":
             continue
         where = f"targets.{one.key}"
+        allowed = (*TARGET_OPTIONS, *CURVE_OPTIONS) if one.curve else TARGET_OPTIONS
         with mistakes.noted():
-            extra = {
-                k: typed(f"{where}.{known(k, TARGET_OPTIONS, 'target option')}", float, v)
+            extra: Table = {
+                k: typed(f"{where}.{known(k, allowed, 'target option')}", float, v)
                 for k, v in _table(options.get(one.key, {}), where).items()
             }
+            if one.curve:
+                shared = {k: extra.pop(k) for k in CURVE_OPTIONS if k in extra}
+                extra["curve"] = dataclasses.replace(one.curve, **shared)
             targets.append((one.role, dataclasses.replace(one.target(), **extra)))
     mistakes.raise_any()
     return targets

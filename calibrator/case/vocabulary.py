@@ -104,6 +104,46 @@ def _read(section: str) -> dict[str, Quantity]:
 PARAMETERS: dict[str, Quantity] = _read("parameters")
 RESPONSES: dict[str, Quantity] = _read("responses")
 
+ACROSS: dict[str, dict[str, str]] = {
+    "passed_mass": {"hourglass": "time"},
+    "profile_height": {
+        "hourglass": "profile_radius",
+        "ledge": "profile_x",
+        "conical_pile": "profile_radius",
+        "rotating_drum": "profile_x",
+    },
+}
+"""Of each curve that can be a target, the array that it runs over, by set-up.
+
+They are arrays that the set-ups' scripts leave beside a record.
+"""
+OPEN_ENDED = (("passed_mass", "hourglass"), ("profile_height", "conical_pile"))
+"""Curves that no wall ends: beyond its last point such a curve goes on as it ends."""
+
+CURVES: dict[str, Quantity] = {
+    name: Quantity(name, symbol, unit, about, tuple(ACROSS[name]))
+    for name, symbol, unit, about in (
+        ("passed_mass", "M(t)", "kg", "mass that has passed the neck over the time [s]"),
+        ("profile_height", "h(x)", "m", "height of the surface over the position [m]"),
+    )
+}
+"""Curves that a run leaves and a laboratory can measure."""
+
+MOST_COMPONENTS = 6
+DIFFERENCE = "difference"
+COMPONENTS: dict[str, Quantity] = {
+    f"{name}_{part}": Quantity(f"{name}_{part}", f"{q.symbol}, {part}", q.unit, about, q.setups)
+    for name, q in CURVES.items()
+    for part, about in (
+        *((str(i + 1), f"component {i + 1} of the {q.label}") for i in range(MOST_COMPONENTS)),
+        (DIFFERENCE, f"how the measured {q.label} differs from what its components describe"),
+    )
+}
+"""Responses that stand for a curve: by how much it goes along each of a few shapes."""
+
+QUANTITIES: dict[str, Quantity] = {**RESPONSES, **CURVES, **COMPONENTS}
+"""All that a target can be of."""
+
 
 def effect_of(name: str) -> Effect:
     """What the vocabulary says of the effect that a column switches on."""

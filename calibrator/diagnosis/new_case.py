@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from calibrator.case.case import Case
+from calibrator.case.curve import curve_file
 from calibrator.case.lab import NUISANCES, WITH_CONDITION, Observable
+from calibrator.case.problem import Target
 from calibrator.case.toml import read_case
-from calibrator.case.vocabulary import EFFECTS, RESPONSES, effect_of, parameters_of
+from calibrator.case.vocabulary import CURVES, EFFECTS, RESPONSES, effect_of, parameters_of
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Effect
 from calibrator.diagnosis.runs import enough_sets, require_diagnosable
@@ -97,7 +99,19 @@ def _write_lab(path: Path, rows: Sequence[Observable], case: Case) -> None:
         scatter = repr(one.scatter) if one.scatter else ""
         numbers = f"{one.value!r},{scatter},{one.replicates},{RESPONSES[one.response].unit}"
         lines.append(f"{one.setup},{one.condition},{one.response},{numbers},{one.role}")
+    lines += [_curve(path, t, "calibrate") for t in case.problem.targets if t.curve]
+    lines += [_curve(path, t, "held_out") for t in case.problem.held_out if t.curve]
     write_text(path, "\n".join(lines) + "\n")
+
+
+def _curve(lab: Path, target: Target, role: str) -> str:
+    """The row of a curve, whose file is written beside the lab file."""
+    assert target.curve is not None
+    name = f"{lab.stem}_{target.key.replace('@', '_').replace('.', '_')}.csv"
+    write_text(lab.with_name(name), curve_file(target.curve))
+    unit = CURVES[target.response].unit
+    numbers = f"{name},,{target.replicates},{unit}"
+    return f"{target.setup},{target.condition},{target.response},{numbers},{role}"
 
 
 def _write_nuisances(tables: Table, path: Path, case: Case, effect: str) -> list[str]:

@@ -10,6 +10,7 @@ from calibrator.case.case import Case
 from calibrator.case.experiment import parts_of
 from calibrator.case.lab import Observable
 from calibrator.case.physics import GRAVITY, contact_overlap
+from calibrator.case.problem import Target
 from calibrator.case.vocabulary import EFFECTS, PARAMETERS, RESPONSES, SETUPS
 from calibrator.foresight.values import DEFAULT, Values, corners
 from calibrator.plan.requests import make_request
@@ -57,6 +58,8 @@ def _of_parameters(case: Case) -> list[str]:
                 f"parameters.{p.name}: high is {p.high / p.low:.3g} times low on a linear scale,"
                 ' which leaves hardly a set near low; set scale = "log" or narrow the bounds'
             )
+    if any(t.curve for t in problem.targets):
+        return found  # how much a curve says shows with the runs
     if "sliding_friction" in problem.names and all(t.response in ANGLES for t in problem.targets):
         found.append(
             "parameters.sliding_friction: every target is an angle, and a tenth more of it moves"
@@ -83,7 +86,7 @@ def _of_targets(case: Case) -> list[str]:
                 f"{t.key}: tolerance = {t.tolerance:g} is {t.tolerance:.0%} of the measured value;"
                 f" if {t.tolerance:g} % is meant, write tolerance = {t.tolerance / 100:g}"
             )
-    if once := [t.key for t in problem.targets if t.scatter == 0]:
+    if once := [t.key for t in problem.targets if _unsure(t)]:
         found.append(
             f"{', '.join(once)}: no scatter is given, so the error of the measurement is"
             " unknown; give the scatter of one replicate, from repeated measurements"
@@ -94,6 +97,14 @@ def _of_targets(case: Case) -> list[str]:
             " or response the role held_out"
         )
     return found
+
+
+def _unsure(target: Target) -> bool:
+    """Whether the error of a measurement is unknown."""
+    if target.curve:
+        shared = (target.curve.scale_error, target.curve.offset_error, target.curve.shift_error)
+        return not any((*target.curve.scatter, *shared))
+    return target.scatter == 0
 
 
 def _of_numbers(case: Case) -> list[str]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.experiment import parts_of
+from calibrator.case.settings import ADAPTIVE_REPLICATED
 from calibrator.case.values import known
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.diagnosis.experiments import wanted
@@ -16,6 +17,7 @@ from calibrator.plan.requests import design_points
 from calibrator.plan.seeds import overlapping
 from calibrator.responses.coordinates import Coordinates
 from calibrator.responses.gaussian_process import require_points
+from calibrator.responses.interpolant import FEWEST_DEGREES
 from calibrator.responses.objectives import OBJECTIVES
 from calibrator.runs import setups
 
@@ -30,6 +32,7 @@ def require_possible(case: Case, values: dict[str, Values]) -> None:
     for experiment, own in values.items():
         mistakes.note(_geometry(experiment, own))
     mistakes.note(_density(case, values))
+    mistakes.note(_curves(case))
     with mistakes.noted():
         _require_interpolable(case, mistakes)
     if wanted(case):
@@ -65,6 +68,23 @@ def _density(case: Case, values: dict[str, Values]) -> list[str]:
                 f" {densest:g}: correct the row, or particle_density"
             )
     return found
+
+
+def _curves(case: Case) -> list[str]:
+    """Curves to calibrate of which too few runs will be repeated to see their points scatter."""
+    plan, curves = case.plan, [t.key for t in case.problem.targets if t.curve]
+    sets = len(design_points(case)) if curves else 0
+    replicated = min(plan.replicated_sets or sets, sets)
+    if plan.design == "adaptive":
+        replicated = min(plan.replicated_sets or ADAPTIVE_REPLICATED, sets)
+    degrees = replicated * (plan.replicates - 1)
+    if degrees >= FEWEST_DEGREES:
+        return []
+    return [
+        f"{key} is a curve, and {degrees} repeated runs do not show how its points scatter"
+        f" together: raise plan.replicates or plan.replicated_sets until there are {FEWEST_DEGREES}"
+        for key in curves
+    ]
 
 
 def _require_interpolable(case: Case, mistakes: Mistakes) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS, RESPONSES
+from calibrator.case.vocabulary import PARAMETERS, PLAIN_UNITS, QUANTITIES
 from calibrator.handover.card import Card, CardValue, Compared, Member
 from calibrator.report.html import mark, note, page, paragraph, section, table
 from calibrator.report.words import in_unit, key_words, number, text, unit, with_error, words
@@ -103,7 +103,7 @@ def _compared(card: Card) -> str:
 
 
 def _row(one: Compared) -> list[str]:
-    quantity = RESPONSES[one.key.split(".")[1]]
+    quantity = QUANTITIES[one.key.split(".")[1]]
     sign = f" {text(unit(quantity))}" if unit(quantity) else ""
     return [
         text(key_words(one.key)),

@@ -11,6 +11,7 @@ from calibrator.case.fingerprint import changed
 from calibrator.case.values import Value, known
 from calibrator.case.vocabulary import EFFECTS, PARAMETERS
 from calibrator.plan.requests import make_request
+from calibrator.plan.run import with_curves
 from calibrator.runs.workspace import Workspace, for_new_seeds
 from calibrator.search.outcome import COMPROMISE, Calibration, current_calibration
 from calibrator.verification.outcome import Verdict, Verification
@@ -105,6 +106,7 @@ def chosen(space: Workspace, candidate: str = "") -> Chosen:
     CalibratorError, with the command to run, where there is no calibration or it is stale; with the
     labels that there are where it has no such candidate.
     """
+    space = with_curves(space)
     found, case = current_calibration(space), space.case
     label = label_of(found, candidate)
     point = found.candidates[label].point(case.problem.names)

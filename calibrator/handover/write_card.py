@@ -11,7 +11,7 @@ from calibrator import __version__
 from calibrator.case.codec import Table, plain, schema_of
 from calibrator.case.fingerprint import changed
 from calibrator.case.problem import Target
-from calibrator.case.vocabulary import PARAMETERS, RESPONSES
+from calibrator.case.vocabulary import PARAMETERS, QUANTITIES
 from calibrator.files import own_folder, read_bytes, write_text
 from calibrator.handover.card import (
     CITATION,
@@ -26,11 +26,16 @@ from calibrator.handover.card_page import card_page
 from calibrator.handover.chosen import CONTACT, Chosen, chosen, shared, verdict_of
 from calibrator.handover.family import family, note
 from calibrator.handover.scope import not_calibrated_for, valid_for
+from calibrator.plan.run import with_curves
 from calibrator.runs.workspace import Workspace, for_new_seeds
 from calibrator.search.outcome import COMPROMISE, Calibration, current_calibration
 from calibrator.search.parts import ParameterProfile, Promise
 from calibrator.verification.outcome import Validation, Verdict
-from calibrator.verification.verify import validation_requests, validation_rests_on
+from calibrator.verification.verify import (
+    validation_requests,
+    validation_rests_on,
+    with_held_out_curves,
+)
 
 
 @dataclass(frozen=True)
@@ -83,8 +88,9 @@ def write_card(space: Workspace, candidate: str = "", out: Path | None = None) -
 
 def make_card(space: Workspace, candidate: str = "") -> Card:
     """The card of a candidate; see `write_card`."""
+    space = with_curves(space)
     one, found = chosen(space, candidate), current_calibration(space)
-    verified, validated = _verified(space, found), _validated(space, found)
+    verified, (space, validated) = _verified(space, found), _validated(space, found)
     own, held = verified.get(one.label), validated.get(one.label)
     problem, promised = space.case.problem, found.candidates[one.label].predicted
     compared = (
@@ -118,16 +124,20 @@ def _verified(space: Workspace, found: Calibration) -> dict[str, Verdict]:
     return {label: v for label, v in verdicts.items() if isinstance(v, Verdict)}
 
 
-def _validated(space: Workspace, found: Calibration) -> dict[str, Verdict]:
-    """Verdicts of the validation by candidate; empty where there is none, or a stale one."""
+def _validated(space: Workspace, found: Calibration) -> tuple[Workspace, dict[str, Verdict]]:
+    """The workspace that a validation is of, and its verdicts by candidate.
+
+    There are no verdicts where there is no validation, or a stale one.
+    """
     noted = space.outcome("validate", Validation)
     if noted is None:
-        return {}
+        return space, {}
     afresh = for_new_seeds(space, space.case.validate)
     requests = validation_requests(space, found)
     done = {label: afresh.finished(own) for label, own in requests.items()}
+    space, done = with_held_out_curves(space, done)
     stale = changed(noted.fingerprint, validation_rests_on(space, found, done))
-    return {} if stale else {**noted.by_candidate, COMPROMISE: noted}
+    return space, {} if stale else {**noted.by_candidate, COMPROMISE: noted}
 
 
 def _values(one: Chosen, found: Calibration) -> tuple[CardValue, ...]:
@@ -168,7 +178,7 @@ def _compared(
     row = rows.get(target.key)
     return Compared(
         key=target.key,
-        unit=RESPONSES[target.response].unit,
+        unit=QUANTITIES[target.response].unit,
         role=role,
         measured=target.value,
         scatter=target.scatter,

@@ -9,6 +9,7 @@ picture     what of a picture is sand (the only place that needs scikit-image)
 camera      pixels and lengths, tilt and roll
 drum, photo the surface in a photograph
 readings    single numbers
+curve       the mean of repeats' curves
 rows        mean, scatter and replicates; into the lab file
 outcome     what is printed
 verb        arguments of the verb `measure`

@@ -68,8 +68,8 @@ def measure_discharge(run: Run, bench: Bench) -> Reading:
     # the features are taken from the release to the first reading of the final rest
     chosen = slice(int(np.searchsorted(log.time, begin)), log.last + 1)
     time = np.concatenate([[0.0], log.time[chosen] - begin])
-    mass = np.concatenate([[0.0], log.mass[chosen]])
-    features = scripts_measure().discharge_features(time, _monotone(mass))
+    mass = _monotone(np.concatenate([[0.0], log.mass[chosen]]))
+    features = scripts_measure().discharge_features(time, mass)
     if not features:
         raise CalibratorError(
             f"{run.source}: fewer than ten readings lie on the steady part of the flow, 20 to 70 %"
@@ -77,7 +77,8 @@ def measure_discharge(run: Run, bench: Bench) -> Reading:
         )
     values = _values(log, features, begin, origin, bench)
     warnings += _doubts(run, log, features)
-    return Reading(run.source, values, _notes(run, log, origin, bench), tuple(warnings))
+    curve = (tuple(map(float, time)), tuple(map(float, mass))) if origin else ((), ())
+    return Reading(run.source, values, _notes(run, log, origin, bench), tuple(warnings), curve)
 
 
 def _disorder(run: Run) -> list[str]:

@@ -25,7 +25,8 @@ class Reading:
 
     source : file, and repeat within it; values by name; notes : how it was measured, in words;
     warnings : what to doubt; profile : positions and heights (k,) of the surface [m], or in pixels
-    where nothing gave the scale; overlay : picture of what was found, "" where there is none.
+    where nothing gave the scale; of a discharge, times since the release [s], where that is known,
+    and masses [kg]; overlay : picture of what was found, "" where there is none.
     """
 
     source: str
@@ -38,7 +39,10 @@ class Reading:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the lab file; scatter : of one repeat, None where it is not known."""
+    """A row of the lab file; scatter : of one repeat, None where it is not known.
+
+    file : of a curve, whose name stands for the value.
+    """
 
     setup: str
     condition: str
@@ -48,12 +52,13 @@ class Row:
     replicates: int
     unit: str
     role: str
+    file: str = ""
 
     def cells(self, with_condition: bool) -> list[str]:
         """The cells as they stand in the file."""
         scatter = "" if self.scatter is None else f"{self.scatter:.4g}"
         condition = [self.condition] if with_condition else []
-        value = f"{self.value:.7g}"
+        value = self.file or f"{self.value:.7g}"
         last = [value, scatter, str(self.replicates), self.unit, self.role]
         return [self.setup, *condition, self.response, *last]
 

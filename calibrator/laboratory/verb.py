@@ -11,8 +11,9 @@ from calibrator.case.vocabulary import SETUPS
 from calibrator.errors import CalibratorError, Mistakes, shown
 from calibrator.files import own_folder
 from calibrator.laboratory.camera import Camera
+from calibrator.laboratory.curve import write_curve
 from calibrator.laboratory.discharge import Bench, measure_discharge
-from calibrator.laboratory.outcome import Measured, Reading
+from calibrator.laboratory.outcome import Measured, Reading, Row
 from calibrator.laboratory.photo import Shot, measure_photo
 from calibrator.laboratory.profile import Ground, measure_profile
 from calibrator.laboratory.readings import read_readings
@@ -47,6 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser, path: Callable[[str], Path]) 
         own.add_argument("--condition", default="", help="of the case, that was measured under")
         own.add_argument("--role", choices=ROLES, default="calibrate", help="of the rows")
         own.add_argument("--json", action="store_true", help="print the outcome as JSON")
+        if kind != "readings":
+            own.add_argument(
+                "--curve", type=path, metavar="FILE", help="for the mean curve, which a row names"
+            )
         if kind == "readings":
             own.add_argument("--setup", choices=SETUPS, required=True)
         for name, text in _OPTIONS[kind].items():
@@ -126,6 +131,8 @@ def measure(options: argparse.Namespace, command: Sequence[str]) -> Measured:
     rows = combined(readings, setup, options.condition, options.role) if setup else []
     _all_belong(readings, rows, setup)
     check_rows(rows)
+    if getattr(options, "curve", None) is not None:
+        rows.append(_curve(options, given, readings, setup))
     warnings = []
     if rows and max(row.replicates for row in rows) == 1:
         warnings.append(
@@ -138,6 +145,17 @@ def measure(options: argparse.Namespace, command: Sequence[str]) -> Measured:
     if lab:
         write_rows(options.lab, rows, notes_of(found, command))
     return found
+
+
+def _curve(
+    options: argparse.Namespace, given: _Given, readings: Sequence[Reading], setup: str
+) -> Row:
+    """The row of the mean curve, which is written."""
+    if options.kind == "photo" and not given.text("known"):
+        raise CalibratorError("--curve needs lengths: give one in the picture with --known")
+    name = "passed_mass" if options.kind == "discharge" else "profile_height"
+    kind = (setup, options.condition, name, options.role)
+    return write_curve(options.curve, options.lab, readings, kind)
 
 
 def _all_belong(readings: Sequence[Reading], rows: Sequence[object], setup: str) -> None:

@@ -14,12 +14,12 @@ from calibrator.errors import CalibratorError
 from calibrator.files import parse_json, read_text, write_text
 from calibrator.plan.adaptive import Proposal, propose
 from calibrator.plan.adaptive import Settings as AdaptiveSettings
+from calibrator.plan.curves import with_components
 from calibrator.plan.outcome import Collection, rests_on
 from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
 from calibrator.plan.seeds import in_experiment, proposed_seed
 from calibrator.responses.success import Success, nothing_good
 from calibrator.responses.table import experiment_of, response_table
-from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 from calibrator.runs.workspace import (
@@ -27,7 +27,6 @@ from calibrator.runs.workspace import (
     Workspace,
     carry_out,
     counts,
-    made_by,
     silent,
     without,
 )
@@ -50,15 +49,17 @@ def run_plan(space: Workspace, report: Report = silent) -> Collection:
 
 def _run_adaptively(space: Workspace, report: Report) -> Collection:
     """Start with the plan's first sets, unless the database has as many, then run proposals."""
-    case, settings = space.case, _adaptive_settings(space.case)
-    first, experiments = plan_requests(case), case.problem.experiments
-    if len(_parameter_sets(case, database_records(space))[0]) < len(first):
+    plain, settings = space, _adaptive_settings(space.case)
+    first, experiments = plan_requests(space.case), space.case.problem.experiments
+    if len(_parameter_sets(space.case, database_records(space))[0]) < len(first):
         carry_out(space, first, report)
     carry_out(space, proposed(space), report)  # what an interruption left undone
     while True:
-        records = database_records(space)
-        if (found := _judged(space, records)).ended:
+        records = database_records(plain)
+        if (found := _judged(plain, records)).ended:
             return space.note("run", found)
+        space = with_curves(plain)
+        case, records = space.case, database_records(space)
         proposal = propose(
             case.problem,
             *_parameter_sets(case, records),
@@ -222,10 +223,21 @@ def database_records(space: Workspace) -> list[Record]:
     """
     records = space.finished(plan_requests(space.case))
     if space.case.plan.design == "adaptive":
-        shipped = [r for r in space.shipped().records.values() if belongs(space.case, r.request)]
-        both = [*records, *space.finished(proposed(space)), *shipped]
+        there = [r.request for r in space.shipped().records.values()]
+        shipped = [request for request in there if belongs(space.case, request)]
+        both = [*records, *space.finished(proposed(space)), *space.finished(shipped)]
         return list({r.run_id: r for r in reversed(both)}.values())
     return records + space.finished(substitutes(records))
+
+
+def with_curves(space: Workspace) -> Workspace:
+    """The workspace with its curves to calibrate as targets that the database's runs give.
+
+    See `curves.with_components`; the workspace itself where no target is a curve.
+    """
+    if not any(t.curve for t in space.case.problem.targets):
+        return space
+    return with_components(space, database_records(space))
 
 
 def collect(space: Workspace) -> Collection:
@@ -238,7 +250,7 @@ def collect(space: Workspace) -> Collection:
         raise CalibratorError(
             f"no finished run in {space.path}: run `{space.command('run')}` first"
         )
-    Database(records).write(space.folder() / "database.csv", made_by(space, "run"))
+    space.write_database("database.csv", records, "run")
     _write_timings(space.folder() / "timings.csv", records)
     return space.note("collect", _collected(space, records))
 

@@ -14,7 +14,7 @@ from calibrator.errors import CalibratorError
 from calibrator.files import read_arrays
 from calibrator.plan.outcome import Collection
 from calibrator.plan.outcome import rests_on as plan_rests_on
-from calibrator.plan.run import database_records
+from calibrator.plan.run import database_records, with_curves
 from calibrator.report.html import paragraph
 from calibrator.report.words import key_words, text
 from calibrator.responses.fit import fit
@@ -31,6 +31,7 @@ from calibrator.verification.verify import (
     validation_rests_on,
     verification_requests,
     verification_rests_on,
+    with_held_out_curves,
 )
 
 
@@ -65,11 +66,13 @@ class Findings:
         Raises CalibratorError, with the command to run, where the calibration is missing or where
         any outcome rests on something that has changed since.
         """
+        space = with_curves(space)
         case, records = space.case, database_records(space)
         calibration = current_calibration(space, records)
         traces = read_traces(space, calibration)
         verified = _done(space, case.verify, verification_requests(space, calibration))
         validated = _done(space, case.validate, validation_requests(space, calibration))
+        space, validated = with_held_out_curves(space, validated)
         return cls(
             space,
             calibration,

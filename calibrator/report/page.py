@@ -13,6 +13,7 @@ from calibrator.files import write_text
 from calibrator.report.answer import answer, candidates_table
 from calibrator.report.beside import link_pages
 from calibrator.report.calibration import calibration
+from calibrator.report.curves import curves
 from calibrator.report.findings import Findings
 from calibrator.report.html import Album, page
 from calibrator.report.methods import methods
@@ -61,6 +62,7 @@ SECTIONS: tuple[Callable[[Findings, Album], str], ...] = (
     candidates_table,
     verification,
     validation,
+    curves,
     methods,
     failures,
     provenance,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Target
-from calibrator.case.vocabulary import RESPONSES, Quantity
+from calibrator.case.vocabulary import QUANTITIES, Quantity
 from calibrator.runs.record import Record
 
 PEOPLE = {
@@ -96,7 +96,7 @@ def words(name: str) -> str:
 
 def response(key: str) -> Quantity:
     """What the vocabulary says of a response; key : experiment.response."""
-    return RESPONSES[key.split(".")[1]]
+    return QUANTITIES[key.split(".")[1]]
 
 
 def experiment_words(experiment: str) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from calibrator.case.vocabulary import RESPONSES
+from calibrator.case.vocabulary import QUANTITIES
 from calibrator.responses.interpolant import Around, Interpolant, known_noise
 
 # A grid point without its own lines is predicted over twice the spacing, where straight lines are
@@ -105,7 +105,7 @@ def possible(keys: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     >>> [ends.tolist() for ends in possible(["ledge.residual_fraction", "ledge.bulk_density"])]
     [[0.0, 0.0], [1.0, inf]]
     """
-    quantities = [RESPONSES[key.split(".")[1]] for key in keys]
+    quantities = [QUANTITIES[key.split(".")[1]] for key in keys]
     low = [-np.inf if q.low is None else q.low for q in quantities]
     high = [np.inf if q.high is None else q.high for q in quantities]
     return np.array(low), np.array(high)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrator.case.problem import Problem
-from calibrator.case.vocabulary import PARAMETERS, RESPONSES
+from calibrator.case.vocabulary import PARAMETERS, QUANTITIES
 from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
 from calibrator.responses.interpolant import Around, Interpolant
@@ -99,7 +99,7 @@ class Coordinates:
         That is the density ratio where masses enter, else one. points : (k, d); keys : m of
         responses.
         """
-        massive = np.array(["kg" in RESPONSES[key.split(".")[1]].unit for key in keys])
+        massive = np.array(["kg" in QUANTITIES[key.split(".")[1]].unit for key in keys])
         return np.where(massive, self.density_ratio(np.atleast_2d(points))[:, None], 1.0)
 
 

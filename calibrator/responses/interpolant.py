@@ -125,7 +125,7 @@ def seed_noise(points: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.n
         same all over the parameter space.
     degrees : (m,) degrees of freedom, the runs less the distinct points
     """
-    group, means, counts = _grouped(points, values, np.ones(len(points)))
+    group, means, counts = grouped(points, values, np.ones(len(points)))
     squares = np.nansum((values - means[group]) ** 2, axis=0)
     degrees = np.maximum(counts - 1, 0).sum(axis=0).astype(int)
     return (
@@ -141,7 +141,7 @@ def alike_seeds(points: np.ndarray, values: np.ndarray) -> np.ndarray:
     which is zero on average where nothing is shared (Wherry, Ann. Math. Stat. 2 (1931) 440), and 0
     where there are no replicates.
     """
-    group, means, _ = _grouped(points, values, np.ones(len(points)))
+    group, means, _ = grouped(points, values, np.ones(len(points)))
     left, m = values - means[group], values.shape[1]
     shared = np.eye(m)
     for i, j in itertools.combinations(range(m), 2):
@@ -172,7 +172,7 @@ def average_replicates(
     means : (p, m), NaN where nothing was measured
     counts : (p, m) runs behind each mean
     """
-    _, means, totals = _grouped(
+    _, means, totals = grouped(
         points, values, np.ones(len(points)) if counts is None else np.asarray(counts, float)
     )
     return _distinct(points)[0], means, totals
@@ -185,7 +185,7 @@ def _distinct(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where(np.isinf(distinct), np.nan, distinct), group
 
 
-def _grouped(
+def grouped(
     points: np.ndarray, values: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Group of each row (n,), and mean and count of each group and response (p, m)."""

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from calibrator.case.problem import Problem, Target
-from calibrator.case.vocabulary import RESPONSES
+from calibrator.case.vocabulary import QUANTITIES
 from calibrator.errors import CalibratorError
 
 Responses = Mapping[str, np.ndarray]
@@ -65,7 +65,7 @@ def repeats(targets: Sequence[Target]) -> np.ndarray:
     Of one run the residual mass, the residual fraction and the equivalent angle are functions of
     each other, so that three of them are one piece of evidence (`repeats` in the contract).
     """
-    roots = [(t.experiment, RESPONSES[t.response].repeats or t.response) for t in targets]
+    roots = [(t.experiment, QUANTITIES[t.response].repeats or t.response) for t in targets]
     return np.array([[float(a == b) for b in roots] for a in roots])
 
 

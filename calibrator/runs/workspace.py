@@ -15,11 +15,12 @@ from calibrator.case.case import Case
 from calibrator.case.codec import build, plain
 from calibrator.case.fingerprint import Fingerprint, changed
 from calibrator.case.settings import Diagnosis, Replicates
-from calibrator.case.vocabulary import SCHEMA
+from calibrator.case.vocabulary import RESPONSES, SCHEMA
 from calibrator.errors import CalibratorError, DryRun
 from calibrator.files import own_folder, parse_json, read_text, write_text
 from calibrator.runs.batch import Progress
 from calibrator.runs.cost import core_hours, core_seconds
+from calibrator.runs.curves import Curves, curves_of, read_companion, write_companion
 from calibrator.runs.database import Database
 from calibrator.runs.engine import run
 from calibrator.runs.engines import ENGINES
@@ -31,8 +32,17 @@ Report = Callable[[Progress], None]
 Outcome = TypeVar("Outcome")
 
 
+Measure = Callable[["Workspace", Sequence[Record]], list[Record]]
+"""What adds responses to finished runs that their records do not hold."""
+
+
 def silent(progress: Progress) -> None:
     """Report nothing."""
+
+
+def as_they_are(space: Workspace, records: Sequence[Record]) -> list[Record]:
+    """Add no response to records."""
+    return list(records)
 
 
 @dataclass(frozen=True)
@@ -48,6 +58,7 @@ class Workspace:
     go_on : make all runs of a plan, also where the first ones fail alike; spent [h] : core-hours of
         each batch that has been carried out since the workspace was made.
     dry_run : raise DryRun where runs would be made.
+    measure : adds what is measured on the curves of finished runs (see `plan.curves`).
     """
 
     case: Case
@@ -58,6 +69,7 @@ class Workspace:
     go_on: bool = False
     spent: list[float] = dataclasses.field(default_factory=list, compare=False, repr=False)
     dry_run: bool = False
+    measure: Measure = dataclasses.field(default=as_they_are, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", Path(self.path))
@@ -79,11 +91,29 @@ class Workspace:
         """Finished runs of these requests: done here, or shipped with the same content."""
         here = {r.run_id: r for r in gather(self.runs, requests)}
         there = self.shipped().records
-        return [
+        found = [
             here.get(r.run_id) or there[r.run_id]
             for r in requests
             if r.run_id in here or r.run_id in there
         ]
+        return self.measure(self, found)
+
+    def curves(self, records: Sequence[Record]) -> dict[str, Curves]:
+        """The curves of these runs by run id, of those that left any, here or shipped."""
+        here = {r.run_id: own for r in records if (own := curves_of(self.runs, r))}
+        path, others = self.case.shipped, [r.run_id for r in records if r.run_id not in here]
+        there = {} if path is None or self.fresh or not others else read_companion(path, others)
+        return {**there, **here}
+
+    def write_database(self, name: str, records: Sequence[Record], verb: str) -> None:
+        """Write runs that a verb made as a CSV of this name, and beside it their curves.
+
+        Those only where the case has a curve as a target.
+        """
+        path = self.folder() / name
+        Database(records).write(path, made_by(self, verb))
+        if self.case.has_curves:
+            write_companion(path, self.curves(records))
 
     def summary(self) -> dict[str, Any]:
         """What the verbs have written so far, by verb.
@@ -265,8 +295,14 @@ def counts(records: Sequence[Record]) -> dict[str, Any]:
 
 
 def contents(records: Sequence[Record]) -> list[tuple[str, str, dict[str, float]]]:
-    """What an outcome takes from records, for its fingerprint: run id, status and responses."""
-    return sorted((r.run_id, r.status, r.responses) for r in records)
+    """What an outcome takes from records, for its fingerprint: run id, status and responses.
+
+    What is measured on a run's curves is none of its record, and follows from the targets.
+    """
+    return sorted(
+        (r.run_id, r.status, {n: v for n, v in r.responses.items() if n in RESPONSES})
+        for r in records
+    )
 
 
 def for_new_seeds(space: Workspace, settings: Replicates | Diagnosis) -> Workspace:

@@ -15,7 +15,7 @@ from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Problem
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.files import packed, write_bytes, write_text
-from calibrator.plan.run import confirmed_set, database_records
+from calibrator.plan.run import confirmed_set, database_records, with_curves
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import (
     FEWEST_DEGREES,
@@ -55,6 +55,7 @@ def calibrate(space: Workspace) -> Calibration:
     Leaves front.csv and calibration.npz in the folder of the results, and notes its outcome.
     Raises CalibratorError where the database is too small or has no good run.
     """
+    space = with_curves(space)
     case, problem = space.case, space.case.problem
     records = database_records(space)
     interpolant = fit(case, records)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibrator.case.vocabulary import RESPONSES
+from calibrator.case.vocabulary import QUANTITIES
 
 OUT_OF_REACH = 2.0  # combined standard errors
 PINNED_SHARE = 0.5  # of the range: a 95 % interval narrower than this pins the parameter
@@ -106,7 +106,7 @@ class TargetReach:
 
         Empty where none does, or none is needed.
         """
-        unit = RESPONSES[self.key.split(".")[1]].unit
+        unit = QUANTITIES[self.key.split(".")[1]].unit
         power = _power_of_ten(self.value, self.low, self.high)
         if self.reachable or not power:
             return ""

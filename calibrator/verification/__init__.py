@@ -2,5 +2,6 @@
 
 comparison   one response at one candidate
 verify       the verbs `verify` and `validate`
+curve        a curve as a whole
 outcome      what they found
 """

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from calibrator.case.fingerprint import Fingerprint
 from calibrator.runs.workspace import Counts
 from calibrator.search.outcome import COMPROMISE
+from calibrator.verification.curve import CurveComparison
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,8 @@ class Comparison:
 class Verdict(Counts):
     """The fresh runs of one candidate against its targets.
 
-    responses : one comparison per target; most_failed : share of an experiment's runs that may
+    responses : one comparison per target, and of a curve one per component; curves : those curves
+    as a whole; most_failed : share of an experiment's runs that may
     fail;
     passed : whether every target is met, and no more runs failed, None where there is no target;
     o1 : Eq. (3)-(4) at the mean of the fresh runs, None where a target was not measured;
@@ -93,6 +95,7 @@ class Verdict(Counts):
     passed: bool | None
     o1: float | None
     from_shipped_database: int
+    curves: tuple[CurveComparison, ...] = ()
 
     @property
     def missed(self) -> tuple[str, ...]:
@@ -137,7 +140,8 @@ class Verdict(Counts):
             more = f"{len(self.undecided)} of {len(self.responses)} targets undecided"
             first += f"; {more}: give more replicates"
         failed = [f"  {run_id} {why}" for run_id, why in self.failed.items()]
-        return [first, *(f"  {r.line}" for r in self.responses), *failed]
+        said = [*(r.line for r in self.responses), *(curve.line for curve in self.curves)]
+        return [first, *(f"  {line}" for line in said), *failed]
 
 
 @dataclass(frozen=True)
@@ -210,3 +214,12 @@ def all_passed(comparisons: Sequence[Comparison], most_failed: float) -> bool | 
     if not ruling:
         return None
     return all(c.passed for c in ruling) and not too_many_failed(ruling, most_failed)
+
+
+def worst_verdict(comparisons: Sequence[Comparison]) -> str:
+    """What became of several comparisons together: the word of the worst one."""
+
+    def badness(one: Comparison) -> tuple[bool, bool, bool]:
+        return (not one.reported_only, not one.passed, not one.undecided)
+
+    return max(comparisons, key=badness).verdict

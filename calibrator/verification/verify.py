@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from calibrator.case.fingerprint import Fingerprint, fingerprint
 from calibrator.case.problem import Target
 from calibrator.case.settings import Replicates
+from calibrator.plan.curves import components_of, with_components
 from calibrator.plan.requests import replicate_requests
+from calibrator.plan.run import with_curves
 from calibrator.responses.table import by_experiment
-from calibrator.runs.database import Database
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 from calibrator.runs.workspace import (
@@ -20,13 +21,20 @@ from calibrator.runs.workspace import (
     contents,
     counts,
     for_new_seeds,
-    made_by,
     silent,
 )
 from calibrator.search.outcome import COMPROMISE, Calibration, current_calibration
 from calibrator.search.parts import Promise
 from calibrator.verification.comparison import compare, error_o1
-from calibrator.verification.outcome import Validation, Verdict, Verification, all_passed
+from calibrator.verification.curve import CurveComparison, compare_curve
+from calibrator.verification.outcome import (
+    Comparison,
+    Validation,
+    Verdict,
+    Verification,
+    all_passed,
+    worst_verdict,
+)
 
 Requests = dict[str, list[Request]]
 """Fresh runs by candidate."""
@@ -71,6 +79,7 @@ def verify(space: Workspace, report: Report = silent) -> Verification:
     Never uses the plan's runs; those of `verify.shipped` only, where a case has it. Raises
     CalibratorError where the calibration is missing or stale.
     """
+    space = with_curves(space)
     calibration, targets = current_calibration(space), space.case.problem.targets
     requests = verification_requests(space, calibration)
     done = _carried_out(space, "verify", space.case.verify, requests, report)
@@ -96,9 +105,12 @@ def validate(space: Workspace, report: Report = silent) -> Validation:
     See `verify` for the runs it uses. Raises CalibratorError where the calibration is missing or
     stale.
     """
-    calibration, targets = current_calibration(space), space.case.problem.held_out
+    space = with_curves(space)
+    calibration = current_calibration(space)
     requests = validation_requests(space, calibration)
     done = _carried_out(space, "validate", space.case.validate, requests, report)
+    space, done = with_held_out_curves(space, done)
+    targets = space.case.problem.held_out
     verdicts = {
         label: _verdict(space, targets, own, space.case.validate, noise=calibration.seed_noise)
         for label, own in done.items()
@@ -109,6 +121,21 @@ def validate(space: Workspace, report: Report = silent) -> Validation:
     return space.note("validate", Validation(**fields, candidates=verdicts, fingerprint=rests_on))
 
 
+def with_held_out_curves(
+    space: Workspace, done: Mapping[str, Sequence[Record]]
+) -> tuple[Workspace, dict[str, list[Record]]]:
+    """The workspace with the targets that stand for curves held out, and the runs with theirs.
+
+    done : fresh runs by candidate, which give the components: of a single candidate's runs there is
+    but one, the difference between their mean curve and the measured one.
+    """
+    records = [r for own in done.values() for r in own]
+    afresh = with_components(for_new_seeds(space, space.case.validate), records, held_out=True)
+    case = dataclasses.replace(space.case, problem=afresh.case.problem)
+    seen = dataclasses.replace(space, case=case, measure=afresh.measure)
+    return seen, {label: afresh.measure(afresh, own) for label, own in done.items()}
+
+
 def _carried_out(
     space: Workspace, verb: str, settings: Replicates, requests: Requests, report: Report
 ) -> dict[str, list[Record]]:
@@ -116,7 +143,7 @@ def _carried_out(
     afresh = for_new_seeds(space, settings)
     records = carry_out(afresh, [r for own in requests.values() for r in own], report)
     name = {"verify": "verification.csv", "validate": "validation.csv"}[verb]
-    Database(records).write(space.folder() / name, made_by(space, verb))
+    afresh.write_database(name, records, verb)
     by_id = {r.run_id: r for r in records}
     return {
         label: [by_id[r.run_id] for r in own if r.run_id in by_id]
@@ -138,12 +165,31 @@ def _verdict(
     shipped = for_new_seeds(space, settings).shipped()
     return Verdict(
         responses=comparisons,
+        curves=_curves(for_new_seeds(space, settings), comparisons, runs),
         most_failed=settings.most_failed,
         passed=all_passed(comparisons, settings.most_failed),
         o1=error_o1(targets, comparisons),
         from_shipped_database=len(shipped.find([r.request for r in records])),
         **counts(records),
     )
+
+
+def _curves(
+    afresh: Workspace,
+    comparisons: Sequence[Comparison],
+    runs: Mapping[str, Sequence[Record]],
+) -> tuple[CurveComparison, ...]:
+    """The curves that the comparisons are of the components of, as a whole."""
+    compared, found = {c.key: c for c in comparisons}, []
+    for curve in components_of(afresh):
+        own = [compared[t.key] for t in curve.targets if t.key in compared]
+        if own:
+            good = [r for r in runs.get(curve.curve.experiment, ()) if r.status == "ok"]
+            left = [one.get(curve.curve.response) for one in afresh.curves(good).values()]
+            bands = {c.key: c.band for c in own}
+            curves = [one for one in left if one is not None]
+            found.append(compare_curve(curve, curves, bands, worst_verdict(own)))
+    return tuple(found)
 
 
 def verification_rests_on(

@@ -12,6 +12,7 @@ from calibrator.case.values import known
 from calibrator.errors import CalibratorError, shown
 from calibrator.files import parse_json, read_text
 from calibrator.plan.requests import replicate_requests
+from calibrator.plan.run import with_curves
 from calibrator.runs.database import Database
 from calibrator.runs.record import Record, read_record
 from calibrator.runs.request import Request
@@ -58,6 +59,7 @@ def choose(space: Workspace, run: str = "", setup: str = "") -> Choice:
 
 def _of_candidate(space: Workspace, candidate: str, setup: str) -> Choice:
     """A candidate's first fresh run that ended well, else the first that would be made."""
+    space = with_curves(space)
     found = current_calibration(space)
     label = f"individual {candidate}"
     if label not in found.candidates:

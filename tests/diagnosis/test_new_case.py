@@ -4,12 +4,14 @@ import dataclasses
 
 import pytest
 
+from calibrator.case.curve import curve_file
 from calibrator.case.toml import read_case
 from calibrator.case.vocabulary import EFFECTS
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Effect
 from calibrator.diagnosis.new_case import write_new_case
 from calibrator.runs.workspace import Workspace
+from tests.curve_world import photographed_heap
 from tests.toy_laboratory import NUISANCES, lab
 
 AWKWARD = """
@@ -104,3 +106,21 @@ def test_the_bounds_of_the_new_parameter_are_within_what_its_column_can_take(
     path = write_new_case(Workspace(case, tmp_path / "results"), effect, size, float("inf"))
     added = read_case(path).problem.parameters[-1]
     assert column.low <= added.low < added.high <= column.high
+
+
+def test_the_new_case_keeps_the_old_one_s_curves(tmp_path):
+    row = "conical_pile,,profile_height,heap.csv,,5,m,calibrate\n"
+    for file, text in (
+        ("lab.csv", lab(bond_number=0.6) + row),
+        ("nuisances.csv", NUISANCES),
+        ("truth.toml", "[parameters]\nrolling_friction = 0.2\n"),
+        ("runs.csv", ""),
+        ("odd.toml", AWKWARD),
+        ("heap.csv", curve_file(photographed_heap())),
+    ):
+        (tmp_path / file).write_text(text)
+    case = read_case(tmp_path / "odd.toml")
+    effect = next(e for e in ex.library(case) if e.name == "bond_number")
+    new = read_case(write_new_case(Workspace(case, tmp_path / "results"), effect, 1.0, 0.2))
+    before, after = ([t for t in c.problem.targets if t.curve] for c in (case, new))
+    assert len(before) == 1 and after == before

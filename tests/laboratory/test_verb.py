@@ -107,6 +107,46 @@ def test_a_profile_in_millimetres_gives_the_rows_of_a_conical_pile(folder, capsy
     assert "from mm to m" in capsys.readouterr().out
 
 
+def test_the_mean_curve_of_repeats_becomes_a_row_that_can_be_read(folder):
+    for i, slope in enumerate((0.45, 0.5, 0.55)):
+        x = np.arange(-60, 61)
+        rows = "\n".join(f"{a}\t{max(25 - abs(a) * slope, 0)}" for a in x.tolist())
+        (folder / f"laser_{i}.txt").write_text(f"x [mm]\tz [mm]\n{rows}\n")
+    call = ["measure", "profile", *(f"laser_{i}.txt" for i in range(3)), "--lab", "lab.csv"]
+    assert main([*call, "--curve", "heap.csv"]) == 0
+    (row,) = [one for one in read_lab(folder / "lab.csv") if one.curve]
+    assert row.key == "conical_pile.profile_height" and row.replicates == 3
+    at = np.array(row.curve.x)
+    inside = (at > 5e-3) & (at < 40e-3)
+    assert np.array(row.curve.value)[inside] == pytest.approx(25e-3 - at[inside] / 2, abs=3e-4)
+    assert np.array(row.curve.scatter)[inside] == pytest.approx(0.05 * at[inside], abs=3e-4)
+
+
+def test_the_mass_that_passed_is_a_curve_where_the_release_is_known(folder, capsys):
+    for i, rate in enumerate((19.0, 21.0)):
+        write_log(folder / f"scale_{i}.csv", rate)
+    call = ["measure", "discharge", "scale_0.csv", "scale_1.csv", "--curve", "discharge.csv"]
+    assert main(call) == 2 and "give --released" in capsys.readouterr().err
+    assert main([*call, "--released", "2 s", "--lab", "lab.csv"]) == 0
+    (row,) = [one for one in read_lab(folder / "lab.csv") if one.curve]
+    at, mass = np.array(row.curve.x), np.array(row.curve.value)
+    assert row.key == "hourglass.passed_mass" and at[0] == 0
+    early = (at > 0.2) & (at < 4.5)
+    assert mass[early] == pytest.approx(0.020 * at[early], abs=5e-4)
+    assert mass[-1] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_a_curve_that_the_lab_file_could_not_name_is_refused(folder, capsys):
+    write_log(folder / "scale.csv")
+    (folder / "a" / "b").mkdir(parents=True)
+    call = ["measure", "discharge", "scale.csv", "--released", "2 s", "--curve", "curve.csv"]
+    assert main([*call, "--lab", "a/b/lab.csv"]) == 2
+    assert "leaves the case's folder" in capsys.readouterr().err
+    assert not (folder / "curve.csv").exists()
+    assert main([*call, "--role", "diagnose"]) == 2
+    assert "no evidence for a diagnosis" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
