@@ -10,6 +10,7 @@ import tomllib
 
 import pytest
 
+from calibrator.case.curve import read_curve
 from calibrator.case.lab import read_lab, read_nuisances
 from calibrator.case.toml import read_case
 from calibrator.cli import main
@@ -30,6 +31,7 @@ ELSEWHERE = {
 FORMULA = ("docs/case_file.md", "text")  # the rule of `bands`, in words that no program reads
 GALLERY = "docs/gallery/"  # tests/docs/test_gallery.py has what its commands print, and its cases
 NEEDS_YADE = "from yade import"  # tests/handover/test_yade.py runs it
+CURVE = "x,value\n" + "".join(f"{0.001 * i:g},{0.005 - 0.0005 * i:g}\n" for i in range(1, 7))
 OTHERS = {"sudo", "pipx", "podman", "pip", "git", ".", "yade", "eval"}
 """Programs of the machine: only whether the shell understands the line is checked."""
 
@@ -161,6 +163,9 @@ def read_fragment(text, folder):
         else f"{spec['setup']},{name},drum_angle_deg,40,0.5,5,deg,held_out\n"
         for name, spec in part.get("conditions", {}).items()
     )
+    if "conical_pile.profile_height" in part.get("targets", {}):
+        rows += "conical_pile,profile_height,heap.csv,,5,m,calibrate\n"
+        (folder / "heap.csv").write_text(CURVE)
     (folder / "lab.csv").write_text(LAB + rows)
     return read_case(folder / "case.toml")
 
@@ -191,7 +196,11 @@ def test_every_table_is_read(block, tmp_path, capsys):
     head = next(line for line in block.text.splitlines() if not line.startswith("#"))
     kind = head.split(",")[0]
     if kind == "setup":
+        for name in re.findall(r"\w+\.csv", block.text):  # curves that rows name
+            (tmp_path / name).write_text(CURVE)
         assert read_lab(path)
+    elif kind == "x":
+        assert len(read_curve(path).x) >= 5
     elif kind == "nuisance":
         assert read_nuisances(path, read_lab(REPO / "cases" / "missing_effect_lab.csv"))
     else:
