@@ -164,7 +164,7 @@ def read_fragment(text, folder):
         for name, spec in part.get("conditions", {}).items()
     )
     if "conical_pile.profile_height" in part.get("targets", {}):
-        rows += "conical_pile,profile_height,heap.csv,,5,m,calibrate\n"
+        rows += "conical_pile,,profile_height,heap.csv,,5,m,calibrate\n"
         (folder / "heap.csv").write_text(CURVE)
     (folder / "lab.csv").write_text(LAB + rows)
     return read_case(folder / "case.toml")
