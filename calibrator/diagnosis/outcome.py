@@ -22,8 +22,7 @@ class Power:
     Attributes
     ----------
     effect, called : its column, and its name in words.
-    unit : of the column; scale, smallest_detectable and smallest_nameable are in it.
-    scale : plausible size.
+    unit : of the column, scale, smallest_detectable and smallest_nameable; scale : plausible size.
     smallest_detectable, smallest_nameable : sizes seen in 80, and named in 95 of 100 cases; None
         where no size is.
     absorbed : share of its squared length that recalibration hides.
@@ -154,12 +153,9 @@ class ObservableRow:
 
 @dataclass(frozen=True)
 class Amplitude:
-    """Value of an effect's column, in the column's unit.
+    """Value of an effect's column with its standard error and, where it is named, 95 % interval.
 
-    Attributes
-    ----------
-    error : its standard error from the curvature at the best fit; None: unknown.
-    low, high : ends of its 95 % interval by profile likelihood, of what is named alone.
+    All are in the column's unit; None : not known.
     """
 
     value: float
