@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from calibrator.errors import CalibratorError
+from calibrator.report.figures.data import csv_of
 from calibrator.report.figures.style import Draw, png
 from calibrator.report.words import text
 
@@ -25,7 +26,7 @@ CSS = "\n" + (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
 
 
 class Album:
-    """Keeps each figure as a PNG in a folder and embeds it in the page."""
+    """Keeps each figure as a PNG, and its numbers, in a folder and embeds it in the page."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -37,24 +38,36 @@ class Album:
         seen : the finding, for who cannot see the figure; the caption where that states it.
         """
         try:
-            picture = png(draw(), DOTS)
+            drawn = draw()
         except CalibratorError as error:
             return note(f"Figure left out: {error}")
-        path = self.folder / f"{name}.png"
+        path, picture = self.folder / f"{name}.png", png(drawn, DOTS)
         path.write_bytes(picture)
         self.paths.append(path)
-        return embedded(picture, seen or caption, caption)
+        return embedded(picture, seen or caption, caption, self._numbers(csv_of(drawn), path))
+
+    def _numbers(self, table: bytes, path: Path) -> str:
+        """A link to the numbers of a figure, which are written beside its picture."""
+        if not table:
+            return ""
+        beside = path.with_suffix(".csv")
+        beside.write_bytes(table)
+        where = f"{beside.parent.name}/{beside.name}"
+        return f' <a class="csv" download="{beside.name}" href="{text(where)}">CSV</a>'
 
 
-def embedded(picture: bytes, seen: str, caption: str) -> str:
-    """A figure element of a PNG of `DOTS` per inch; seen : what it shows, for who cannot see it."""
+def embedded(picture: bytes, seen: str, caption: str, link: str = "") -> str:
+    """A figure element of a PNG of `DOTS` per inch.
+
+    seen : what it shows, for who cannot see it; link : to its numbers, in HTML.
+    """
     source = base64.b64encode(picture).decode()
     # of the PNG header: the same text size in all figures
     width = int.from_bytes(picture[16:20], "big") * CSS_PIXELS // DOTS
     return (
         f'<figure><img alt="{text(seen)}" style="width:{width}px"'
         f' src="data:image/png;base64,{source}">'
-        f"<figcaption>{text(caption)}</figcaption></figure>"
+        f"<figcaption>{text(caption)}{link}</figcaption></figure>"
     )
 
 

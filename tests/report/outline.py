@@ -28,3 +28,13 @@ class Outline(html.parser.HTMLParser):
     @property
     def text(self):
         return re.sub(r"\s+", " ", " ".join(self.words))
+
+    def outside(self, figures):
+        """What the page takes from elsewhere, but for links to numbers in its folder of figures."""
+        found = [
+            a[name]
+            for tag, a in self.tags
+            for name in ("src", "href", "srcset", "data", "action")
+            if name in a and not (tag == "a" and re.fullmatch(rf"{figures}/\w+\.csv", a[name]))
+        ]
+        return [one for one in found if not one.startswith(("data:", "#"))]
