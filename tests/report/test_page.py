@@ -61,7 +61,7 @@ def test_every_figure_of_the_folder_is_in_the_page_and_described(whole):
 
 
 def test_the_numbers_behind_every_figure_lie_beside_it_and_are_linked(whole):
-    space, outcome, page = whole
+    _, outcome, page = whole
     links = {a["href"] for tag, a in Outline(page).tags if tag == "a" and "/" in a["href"]}
     links = {one for one in links if one.endswith(".csv")}
     for path in outcome.figures:
