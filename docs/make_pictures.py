@@ -18,7 +18,7 @@ WIDTHS = {390: 844, 900: 1000, 1600: 1000}
 COLOURS = 64
 
 
-def photograph(page: Path, picture: Path, width: int, height: int) -> None:
+def photograph(page: Path, picture: Path, width: int, height: int, colours: int = COLOURS) -> None:
     """The first screen of a page, with few colours, so that it is small."""
     with tempfile.TemporaryDirectory() as folder:
         shot = Path(folder) / "shot.png"
@@ -34,7 +34,7 @@ def photograph(page: Path, picture: Path, width: int, height: int) -> None:
         subprocess.run([*command, frame.as_uri()], check=True, capture_output=True, timeout=300)
         with Image.open(shot) as image:
             seen = image.convert("RGB").crop((0, 0, width, height))
-            small = seen.quantize(COLOURS, dither=Image.Dither.NONE)
+            small = seen.quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
             small.save(picture, optimize=True)
 
 

@@ -9,14 +9,11 @@ formulas instead of YADE. Needs Chromium (`make chromium`).
 """
 
 import contextlib
-import io
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image
-
+from docs.make_pictures import photograph
 from tests.report.made_up import diagnosed
 from tests.report.test_browser import CHROMIUM, WIDTHS
 
@@ -26,36 +23,11 @@ HEIGHTS = {390: 1300, 900: 1300, 1600: 1100}
 LARGEST = 150_000
 """Bytes of a picture."""
 COLOURS = 256
-FRAME = """<!DOCTYPE html><meta charset="utf-8"><body style="margin:0">
-<iframe src="%s" style="border:0;display:block;width:%dpx;height:%dpx"></iframe></body>"""
 EXAMPLE = (
     'name = "toy"',
     'name = "made_up_sand"\nabout = "An example: the laboratory and its runs are formulas, in which'
     ' adhesion is hidden"',
 )
-
-
-def taken(page: Path, width: int, folder: Path) -> bytes:
-    """The head of a page at a width, as a PNG of few colours.
-
-    It is shown in a frame, as no window of a browser is as narrow as a telephone.
-    """
-    height, shot = HEIGHTS[width], folder / "shot.png"
-    (folder / "frame.html").write_text(FRAME % (f"file://{page.resolve()}", width, height))
-    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
-    command += [f"--user-data-dir={folder / 'profile'}", f"--window-size={width},{height}"]
-    command += ["--virtual-time-budget=5000", f"--screenshot={shot}"]
-    subprocess.run(
-        [*command, f"file://{folder / 'frame.html'}"], check=True, capture_output=True, timeout=120
-    )
-    image = (
-        Image.open(shot)
-        .convert("RGB")
-        .quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-    )
-    stream = io.BytesIO()
-    image.save(stream, "PNG", optimize=True)
-    return stream.getvalue()
 
 
 def example(folder: Path) -> Path:
@@ -80,11 +52,11 @@ def main() -> None:
         }
         for name, page in pages.items():
             for width in WIDTHS:
-                picture = taken(page, width, folder)
-                if len(picture) > LARGEST:
-                    sys.exit(f"{name} at {width} px takes {len(picture)} bytes: lower COLOURS")
-                (OUT / f"{name}_{width}.png").write_bytes(picture)
-                print(f"{name}_{width}.png: {len(picture) // 1000} kB")
+                picture = OUT / f"{name}_{width}.png"
+                photograph(page, picture, width, HEIGHTS[width], COLOURS)
+                if (size := picture.stat().st_size) > LARGEST:
+                    sys.exit(f"{name} at {width} px takes {size} bytes: lower COLOURS")
+                print(f"{picture.name}: {size // 1000} kB")
 
 
 if __name__ == "__main__":
