@@ -20,6 +20,7 @@ from calibrator.diagnosis.verdict import (
 )
 
 NO_EFFECTS = (NONE, UNKNOWN, MEASUREMENT, BEYOND, FIXED)
+FAR = 10  # times its stated size: an error of the measurement beyond it is not worth a mention
 PLAUSIBLE = 3  # plausible sizes: an effect that is seen from more on only is not worth a mention
 
 
@@ -70,12 +71,17 @@ def sentence(found: Diagnosis) -> str:
 
 def errors_that_would_do(found: Diagnosis) -> str:
     """Which errors of the measurement would explain the gap by themselves, and what was allowed."""
-    would = [one for one in found.errors if one.needed is not None and one.p >= Rule().adequacy]
-    would.sort(key=lambda one: abs(one.needed or 0.0) / one.stated)
-    said = ""
-    if would:
-        sizes = ", or ".join(one.words for one in would)
+    would = [
+        (abs(one.needed) / one.stated, one.words)
+        for one in found.errors
+        if one.needed is not None and one.p >= Rule().adequacy
+    ]
+    near, said = sorted(pair for pair in would if pair[0] < FAR), ""
+    if near:
+        sizes = ", or ".join(words for _, words in near)
         said = f" An error of the measurement would do it, too: {sizes}."
+    elif would:
+        said = f" No single error in the table of nuisances below {FAR} times its size would do it."
     elif found.errors:
         said = " No single error in the table of nuisances would do it."
     return said + _allowed(found)
