@@ -18,7 +18,7 @@ def test_nobody_is_told_to_measure_again_after_nothing():
 
 def test_errors_that_would_do_it_are_named_from_the_likeliest_and_absurd_ones_are_not():
     def said(*errors):
-        return errors_that_would_do(Diagnosis(verdict="ambiguous", errors=errors))
+        return errors_that_would_do(Diagnosis(verdict="ambiguous", effects=(), errors=errors))
 
     angles = ErrorSize(name="reading of angles", unit="deg", stated=0.5, needed=2.1, p=0.4)
     balance = ErrorSize(name="balance", unit="%", stated=0.3, needed=0.6, p=0.4)
