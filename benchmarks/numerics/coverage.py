@@ -66,7 +66,10 @@ def main() -> None:
         (trials, len(problem.names))
     ):
         found = identify(
-            measured(problem, interpolant, truth, rng), interpolant, SAMPLES, POSITIONS
+            measured(problem, interpolant, truth, rng),
+            interpolant,
+            samples=SAMPLES,
+            positions=POSITIONS,
         ).parameters
         for level, count in held.items():
             intervals = [getattr(p, f"interval_{level}") for p in found]
