@@ -27,7 +27,7 @@ def fits():
 
 @pytest.mark.parametrize("index", range(3))
 def test_intervals_hold_the_truth_as_often_as_they_say(fits, index):
-    """At 95 % of 15, 12 or fewer would be one case of two hundred; no interval is the whole range."""
+    """At 95 % of 15, 12 or fewer are one case of two hundred; no interval is the whole range."""
     ends = np.array([interval(s, m, EFFECTS, fit, ALL, index) for s, m, fit in fits])
     assert ((ends[:, 0] <= TRUTH[index]) & (TRUTH[index] <= ends[:, 1])).sum() >= 13
     assert (np.diff(ends)[:, 0] < (0.6, 0.6, 1.9)[index]).all()
