@@ -32,7 +32,6 @@ from calibrator.runs.workspace import Report, Workspace, made_by
 SHORTLIST = 3  # explanations that are run on YADE beside the model as it is
 MOVED = 0.5  # of its standard error: from there on a fit with fresh runs is run once more
 
-
 Ends = tuple[tuple[float, float], ...]  # of the amplitudes' intervals, in plausible sizes
 
 

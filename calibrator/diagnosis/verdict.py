@@ -63,8 +63,8 @@ class Verdict:
     tell"; effects : the name, the pair, or the set that cannot be told apart; fits : the model as
     it is, within its bounds and beyond; best : the fit of the named effect or pair, None otherwise;
     held_out : probability of the data held out under what would be named, nan where nothing would
-    be or there are none; fixed : the likeliest fit with a fixed value free
-    instead, where something would be named and a value is uncertain.
+    be or there are none; fixed : the likeliest fit with a fixed value free instead, where something
+    would be named and a value is uncertain.
     """
 
     kind: str
@@ -254,14 +254,12 @@ def withstands(
 ) -> float:
     """Probability of held-out data as far off as these if an explanation of the used ones is true.
 
-    It is nan where none are held out.
-
     It is that of the rise of chi2 when the held-out data are fitted as well, which allows for the
-    errors of the fit and for those that both kinds of data share.
+    errors of the fit and for those that both kinds of data share; nan where none are held out.
     """
-    added = tuple(i for i, e in enumerate(effects) if e.name in explanation.effects)
     if not len(held):
         return float("nan")
+    added = tuple(i for i, e in enumerate(effects) if e.name in explanation.effects)
     both = np.concatenate([used, np.asarray(held, int)])
     once = everything.replicates.copy()
     # what runs with an effect have beyond the noise may be a bend that replicates share

@@ -10,8 +10,6 @@ import numpy as np
 from calibrator.case.fingerprint import Fingerprint
 from calibrator.case.problem import Target
 from calibrator.case.settings import Replicates
-from calibrator.errors import CalibratorError
-from calibrator.files import read_arrays
 from calibrator.plan.outcome import Collection
 from calibrator.plan.outcome import rests_on as plan_rests_on
 from calibrator.plan.run import database_records, with_curves
@@ -20,6 +18,7 @@ from calibrator.report.words import key_words, text
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import Interpolant, Learnt
 from calibrator.responses.table import points_of
+from calibrator.runs.curves import arrays_of as read_run
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Outcome, Workspace, for_new_seeds
 from calibrator.search.outcome import Calibration, Traces, current_calibration, read_traces
@@ -179,12 +178,4 @@ def _checked_curves(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def arrays_of(findings: Findings, record: Record) -> dict[str, np.ndarray]:
     """Arrays of a run; empty where it left none (shipped runs do not come with theirs)."""
-    path = findings.space.runs.curves(record.run_id)
-    try:
-        return _checked_curves(read_arrays(path))
-    except FileNotFoundError:
-        return {}
-    except ValueError as error:
-        raise CalibratorError(
-            f"{path} is damaged ({error}): delete it and its record, then run the verbs again"
-        ) from None
+    return read_run(findings.space.runs, record, _checked_curves)

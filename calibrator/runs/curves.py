@@ -6,7 +6,7 @@ database, and so that a run says the same whether it was made here or shipped.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,14 +34,31 @@ def curves_of(folder: RunFolder, record: Record) -> Curves:
 
     Raises CalibratorError where they are damaged.
     """
-    path = folder.curves(record.run_id)
-    try:
-        arrays = read_arrays(path, names=ARRAYS)
+
+    def thinned(arrays: Curves) -> Curves:
         return {
             name: _thinned(arrays[across], arrays[name])
             for name, own in ACROSS.items()
             if (across := own.get(record.request.setup)) and {name, across} <= set(arrays)
         }
+
+    return arrays_of(folder, record, thinned, ARRAYS)
+
+
+def arrays_of(
+    folder: RunFolder,
+    record: Record,
+    checked: Callable[[Curves], Curves],
+    names: Collection[str] | None = None,
+) -> Curves:
+    """What is made of the arrays that a run left in this folder; nothing where it left none.
+
+    checked : makes it, and raises ValueError where they are damaged; names : of the arrays that are
+    wanted, None for all. Raises CalibratorError where they are damaged.
+    """
+    path = folder.curves(record.run_id)
+    try:
+        return checked(read_arrays(path, names=names))
     except FileNotFoundError:
         return {}
     except ValueError as error:

@@ -11,10 +11,11 @@ import pytest
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # `make test` installs Chromium, which takes root; elsewhere these tests are shown as skipped, with
 # the command.
-pytestmark = pytest.mark.skipif(
+needs_chromium = pytest.mark.skipif(
     CHROMIUM is None,
     reason="chromium not installed: run `make chromium` as root or with sudo",
 )
+pytestmark = needs_chromium
 CARD = Path(__file__).resolve().parents[2] / "cards" / "coarse_sand.html"
 WIDTHS = (390, 900, 1600)
 MOST_SHEETS = 14

@@ -5,7 +5,7 @@ from PIL import Image
 
 from docs.make_pictures import photograph
 from tests.report.screenshots import HEIGHTS, LARGEST, OUT
-from tests.report.test_browser import CHROMIUM, WIDTHS
+from tests.report.test_browser import WIDTHS, needs_chromium
 
 
 @pytest.mark.parametrize("name", ["report", "diagnosis"])
@@ -16,7 +16,7 @@ def test_the_shipped_pictures_are_small_and_as_wide_as_they_say(name, width):
     assert Image.open(path).size == (width, HEIGHTS[width])
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="chromium not installed: run `make chromium`")
+@needs_chromium
 def test_a_picture_shows_the_page_at_its_width(tmp_path):
     bar = '<div style="width:100vw;height:40px;background:#d55e00"></div>'
     (tmp_path / "page.html").write_text(f'<body style="margin:0">{bar}</body>')

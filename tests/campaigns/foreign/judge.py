@@ -165,6 +165,7 @@ def confirm(case: Case) -> None:
         kind, effects, records = outlived
         if records:
             fresh.keep(records)
+        if verdict.best is not None:
             was = words(verdict.kind, verdict.effects)
             print(laboratory.number, f"{was} -> {words(kind, effects)}", flush=True)
 
