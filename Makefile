@@ -14,6 +14,7 @@ BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
+WORKERS ?= 2
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)
 
@@ -44,7 +45,7 @@ pages: chromium $(VENV)/.done-test
 	$(BIN)/python -m tests.report.screenshots
 
 test: yade slurm liggghts lammps chromium $(VENV)/.done-test lint docs
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup
 
 test-cluster: yade slurm $(VENV)/.done-test
 	$(BIN)/python -m pytest -q -m cluster

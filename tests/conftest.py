@@ -52,6 +52,21 @@ conical_pile,pile_equivalent_angle_deg,23.4,0.2,8,deg,held_out
 """
 
 
+# Made once and dear: with several workers, the tests that use one of them stay on one worker.
+SHARED = ("measured", "whole", "named")
+
+
+def pytest_collection_modifyitems(items):
+    """A worker takes a file as a whole, as what its module's fixtures make would be made twice.
+
+    There is one SLURM, which is started and stopped by who uses it first.
+    """
+    for item in items:
+        shared = [name for name in SHARED if name in item.fixturenames]
+        one = item.get_closest_marker("cluster") and "cluster"
+        item.add_marker(pytest.mark.xdist_group(one or (shared or [str(item.path)])[0]))
+
+
 def processes_in(folder):
     """Process ids whose working folder is this one: the driver's children."""
     found = []
