@@ -211,19 +211,21 @@ def explain(
     unknown: float = 0.0,
     box: np.ndarray | None = None,
     pinned: tuple[int, float] | None = None,
+    near: np.ndarray | None = None,
 ) -> Explanation:
     """Fit parameters and the amplitudes of the added effects (indices) to the measured observables.
 
     kept : indices of the surfaces' observables that were measured, all unless given; unknown : seed
     scatters by which every observable may differ for reasons outside the library; box : ends (2, d)
     of the parameters, those of their ranges unless given; pinned : index among parameters and added
-    amplitudes of one that is not fitted, and its value.
+    amplitudes of one that is not fitted, and its value; near : parameters and added amplitudes of a
+    fit that this one may lie near, from where it is sought as well.
     """
     kept = np.arange(len(surfaces.noise)) if kept is None else kept
     own = unknown**2 * np.diag(np.diag(surfaces.noise)[kept])
     ends = np.repeat([[0.0], [1.0]], surfaces.dimensions, axis=1) if box is None else box
     model = _Model(surfaces, measured, effects, added, kept, own, ends, pinned)
-    best, covariance, root, whitening = _fitted(model)
+    best, covariance, root, whitening = _fitted(model, near)
     d, residual = surfaces.dimensions, model.residual(best)
     white, white_slopes = whitening @ residual, whitening @ model.slopes(best)
     chi2 = float(white @ white)
@@ -249,9 +251,11 @@ def explain(
     )
 
 
-def _fitted(model: _Model) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _fitted(
+    model: _Model, near: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Best x (d + a,), and the covariance that it was fitted with, its root and inverse root."""
-    d, starts = model.surfaces.dimensions, _starts(model)
+    d, starts = model.surfaces.dimensions, _starts(model, near)
     best = np.concatenate([np.full(d, 0.5), np.zeros(len(model.added))])
     for _ in range(VARIANCE_ROUNDS):
         covariance = model.covariance(best)
@@ -262,12 +266,16 @@ def _fitted(model: _Model) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
     return best, covariance, root, whitening
 
 
-def _starts(model: _Model) -> list[np.ndarray]:
-    """A few places in the box, each with no amplitude, and with middling ones of either sign."""
+def _starts(model: _Model, near: np.ndarray | None) -> list[np.ndarray]:
+    """A few places in the box, each with no amplitude, and with middling ones of either sign.
+
+    So also a place (d + a,) that is known to be near.
+    """
     a, (low, high) = len(model.added), model.bounds
     amplitudes = [np.full(a, size) for size in ((0.0, 1.0, -1.0) if a else (0.0,))]
     places = [np.full(model.surfaces.dimensions, share) for share in STARTS]
     starts = [np.concatenate([place, size]) for place in places for size in amplitudes]
+    starts += [] if near is None else [near.copy()]
     if model.pinned is not None:
         for start in starts:
             start[model.pinned[0]] = model.pinned[1]

@@ -40,14 +40,18 @@ def interval(
     """
     added = tuple(i for i, e in enumerate(effects) if e.name in best.effects)
     d = surfaces.dimensions
-    at = float(np.concatenate([best.unit, best.amplitude[list(added)]])[index])
+    everything = np.concatenate([best.unit, best.amplitude[list(added)]])
+    at = float(everything[index])
     ends = (0.0, 1.0) if index < d else effects[added[index - d]].bounds
     error = float(np.sqrt(best.spread[index, index]))
     width = ends[1] - ends[0]
     error = min(max(error, 1e-3 * width), width) if np.isfinite(error) else width
 
     def rise(value: float) -> float:
-        fit = explain(surfaces, measured, effects, added, kept, pinned=(index, value))
+        if value == at:  # the best fit itself, which a search from elsewhere need not find again
+            return -RISE
+        pinned = (index, value)
+        fit = explain(surfaces, measured, effects, added, kept, pinned=pinned, near=everything)
         return fit.deviance - best.deviance - RISE
 
     return _end(rise, at, error, -1, ends[0]), _end(rise, at, error, 1, ends[1])

@@ -1,5 +1,7 @@
 """Intervals of what was fitted, where the truth is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,16 @@ def test_an_end_beyond_the_range_is_that_of_the_range():
     best = explain(surfaces, measured, EFFECTS)
     low, high = interval(surfaces, measured, EFFECTS, best, ALL, 0)
     assert low == pytest.approx(0.0, abs=1e-3) and best.unit[0] < high < 0.5
+
+
+def test_a_fit_that_is_not_found_again_at_its_own_value_ends_no_interval(fits, monkeypatch):
+    """Seen in a laboratory: from its usual starts the fit at the best value ended elsewhere."""
+    surfaces, measured, best = fits[1]
+    usual = interval(surfaces, measured, EFFECTS, best, ALL, 0)
+
+    def elsewhere(*args, pinned, **options):
+        found = explain(*args, pinned=pinned, **options)
+        return replace(found, chi2=found.chi2 + 99) if pinned[1] == best.unit[0] else found
+
+    monkeypatch.setattr("calibrator.diagnosis.interval.explain", elsewhere)
+    assert interval(surfaces, measured, EFFECTS, best, ALL, 0) == usual
