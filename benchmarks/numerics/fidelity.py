@@ -6,8 +6,8 @@
 From shipped runs (grid/missing_effect.csv, no effect on, restitution 0.9): heaps of 32 pairs of
 frictions, from a cylinder of 10 grain diameters (dear, three seeds each) and from one of 7 (cheap,
 six seeds each, at a third of the cost). A draw takes dear runs at a few sets and cheap ones at
-more, one seed of each, and predicts the dear responses at all other sets: from the dear runs alone
-by the calibrator's own processes, and from both by co-kriging (cokriging.py). The error is the root
+more, one seed of each, and predicts the dear responses at all other sets by the calibrator's own
+processes: from the dear runs alone, and from both. The error is the root
 mean square over those sets and over the draws, the noise of the sets' own means taken off. The
 costs are those of grains times steps. Writes benchmarks/results/fidelity.json.
 """
@@ -21,10 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.common import asked_for_quick, rounded, write
-from benchmarks.numerics.cokriging import CoKriging, Runs
 from benchmarks.numerics.sensitivities import RUNS
 from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.case.vocabulary import EFFECTS
+from calibrator.responses.cokriging import CheapRuns
 from calibrator.responses.fit import fit_responses
 from calibrator.runs.database import Database
 
@@ -75,6 +75,15 @@ def pairs(response: str) -> Pairs:
     return Pairs(points, values, noise, {s: float(np.mean(w)) for s, w in work.items()})
 
 
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Runs of one fidelity: points (n, d) of the unit box, one response (n,), its seed noise."""
+
+    points: np.ndarray
+    values: np.ndarray
+    noise: float
+
+
 def drawn(own: Pairs, size: float, sets: np.ndarray, rng: np.random.Generator) -> Runs:
     """One seed at each of some sets."""
     values = own.values[size]
@@ -82,8 +91,8 @@ def drawn(own: Pairs, size: float, sets: np.ndarray, rng: np.random.Generator) -
     return Runs(own.points[sets], values[sets, seeds], own.noise[size])
 
 
-def alone(own: Pairs, response: str, runs: Runs) -> Callable[[np.ndarray], np.ndarray]:
-    """Predictions of the calibrator's processes from dear runs alone."""
+def predictor(response: str, runs: Runs, cheap: Runs | None) -> Callable[[np.ndarray], np.ndarray]:
+    """Predictions from dear runs, alone or beside cheap ones."""
     parameters = tuple(Parameter(n, 0.0, 1.0) for n in NAMES)
     problem = Problem(parameters, (Target("conical_pile", response, 1.0),))
     inner = fit_responses(
@@ -92,6 +101,7 @@ def alone(own: Pairs, response: str, runs: Runs) -> Callable[[np.ndarray], np.nd
         runs.values[:, None],
         [f"conical_pile.{response}"],
         noise=np.array([runs.noise]),
+        cheap=None if cheap is None else CheapRuns(cheap.points, cheap.values[:, None]),
     )
     return lambda points: inner.predict(points)[:, 0]
 
@@ -127,12 +137,8 @@ def compared(response: str, draws: int) -> dict[str, object]:
             rng = np.random.default_rng(seed)
             used = spread_sets(own, dear, rng)
             runs = drawn(own, DEAR, used, rng)
-            if cheap:
-                more = drawn(own, CHEAP, spread_sets(own, cheap, rng), rng)
-                model = CoKriging.fit(more, runs)
-                squares.append(left_error(own, lambda p, m=model: m.predict(p)[0], used))
-            else:
-                squares.append(left_error(own, alone(own, response, runs), used))
+            more = drawn(own, CHEAP, spread_sets(own, cheap, rng), rng) if cheap else None
+            squares.append(left_error(own, predictor(response, runs, more), used))
         mean, noise = np.mean(squares, axis=0)
         each = np.sqrt(np.maximum(np.array(squares)[:, 0] - noise, 0))
         rows.append(

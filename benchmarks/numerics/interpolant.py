@@ -60,7 +60,7 @@ def predictors(problem: Problem) -> dict[str, tuple[Predict, np.ndarray]]:
         linear.axes, linear.values.reshape(*map(len, linear.axes), 3)
     )
     process = fitted(problem, 60)
-    regressors = [one.regressor for one in process._processes]
+    regressors = [one.regressor for one in process.processes]
     return {
         "Multilinear": (linear.predict, box),
         "scipy RegularGridInterpolator": (scipy_linear, box),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from calibrator.case.experiment import Condition, parts_of
+from calibrator.case.fidelity import Fidelity, cheap_problem
 from calibrator.case.lab import Nuisance, Observable
 from calibrator.case.problem import Problem
 from calibrator.case.settings import (
@@ -22,8 +23,12 @@ from calibrator.case.settings import (
     Validation,
 )
 from calibrator.case.vocabulary import PARAMETERS, RESPONSES, SETUPS
-from calibrator.errors import CalibratorError
+from calibrator.errors import CalibratorError, Mistakes
 from calibrator.files import named_file
+
+CHEAP_SEED = 5_000_000
+"""From the plan's first seed to that of its cheap runs."""
+MOST_CHEAP_SETS = 10_000
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,7 @@ class Case:
     observables: tuple[Observable, ...] = ()
     diagnosis: Diagnosis = field(default_factory=Diagnosis)
     nuisances: tuple[Nuisance, ...] = ()
+    fidelity: Fidelity | None = None
 
     def __post_init__(self) -> None:
         sets = (
@@ -61,8 +67,9 @@ class Case:
         runs = sets * self.plan.replicates * len(self.problem.experiments)
         _require_seen(self.problem)
         _require_whole_grid(self)
+        _require_two_kinds(self)
         if self.plan.design == "adaptive":
-            _require_start(self.plan, len(self.problem.experiments))
+            _require_start(self)
         if runs > MOST_RUNS:
             raise CalibratorError(
                 f"the plan has {runs:,} runs: lower samples, sets or replicates to at most"
@@ -81,6 +88,25 @@ class Case:
     def conditions(self) -> dict[str, Condition]:
         """Variants of set-ups by name."""
         return self.problem.conditions
+
+    @property
+    def cheap(self) -> Case | None:
+        """The cheaper version of itself that [fidelity] describes; None where there is none.
+
+        Its seeds are its own: runs of one filling would have more in common than their set.
+        """
+        if self.fidelity is None:
+            return None
+        return dataclasses.replace(
+            self,
+            problem=cheap_problem(self.problem, self.fidelity),
+            plan=dataclasses.replace(self.plan, seed=self.plan.seed + CHEAP_SEED),
+            fidelity=None,
+        )
+
+    def without_fidelity(self) -> Case:
+        """The same case, which knows of no cheap runs."""
+        return dataclasses.replace(self, fidelity=None)
 
     @property
     def has_curves(self) -> bool:
@@ -140,11 +166,50 @@ def _require_whole_grid(case: Case) -> None:
         )
 
 
-def _require_start(plan: Plan, experiments: int) -> None:
+def _require_start(case: Case) -> None:
     """Raise CalibratorError where an adaptive design begins with more runs than it may make."""
+    plan, experiments = case.plan, len(case.problem.experiments)
     runs = plan.adaptive_start(experiments)
+    if case.fidelity is not None:
+        full = dataclasses.replace(plan, sets=case.fidelity.dear_sets).adaptive_start(experiments)
+        if full > case.fidelity.dear_runs:
+            raise CalibratorError(
+                f"the adaptive design starts with {full} full runs, more than fidelity.dear_runs ="
+                f" {case.fidelity.dear_runs}: raise it, or lower fidelity.dear_sets"
+            )
+        runs += full
     if runs > plan.most_runs:
         raise CalibratorError(
             f"the adaptive design starts with {runs} runs, more than plan.most_runs ="
             f" {plan.most_runs}: raise it, or lower plan.sets or plan.replicates"
         )
+
+
+def _require_two_kinds(case: Case) -> None:
+    """Raise CalibratorError for cheap runs that could carry no full ones as the case is."""
+    if case.fidelity is None:
+        return
+    mistakes, plan = Mistakes(), case.plan
+    if plan.design == "grid" or case.interpolation != Interpolation():
+        mistakes.note(
+            [
+                '[fidelity] needs plan.design = "sobol" or "adaptive" and the [interpolation] that'
+                " is the default: change these, or remove [fidelity]"
+            ]
+        )
+    if plan.sets < case.fidelity.dear_sets:
+        mistakes.note(
+            [
+                f"plan.sets = {plan.sets} is below fidelity.dear_sets = {case.fidelity.dear_sets}:"
+                " the cheap sets are the many ones"
+            ]
+        )
+    if plan.seed > CHEAP_SEED * 5 or plan.sets > MOST_CHEAP_SETS:
+        mistakes.note(
+            [
+                f"[fidelity] takes plan.seed up to {CHEAP_SEED * 5:,} and plan.sets up to"
+                f" {MOST_CHEAP_SETS:,}: lower them"
+            ]
+        )
+    mistakes.raise_any()
+    cheap_problem(case.problem, case.fidelity)

@@ -88,8 +88,7 @@ def build(cls: type[T], table: Any, where: str) -> T:
     >>> build(Vessel, {"width": 1, "walls": ["left"]}, "vessel")
     Vessel(width=1.0, walls=('left',))
     """
-    if not isinstance(table, dict):
-        raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
+    table = as_table(table, where)
     kinds: Table = _kinds(cls)  # type: ignore[arg-type]
     values, mistakes = {}, Mistakes()
     for key, value in table.items():
@@ -103,6 +102,13 @@ def build(cls: type[T], table: Any, where: str) -> T:
         return cls(**values)
     except TypeError as error:
         raise CalibratorError(f"[{where}] is incomplete ({error}): add the missing key") from None
+
+
+def as_table(value: Any, where: str) -> Table:
+    """The value if it is a table, else CalibratorError."""
+    if not isinstance(value, dict):
+        raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
+    return value
 
 
 @functools.cache
@@ -198,11 +204,12 @@ def schema_of(kind: Any) -> Table:
         kinds = dict(_kinds(kind))  # type: ignore[arg-type]
         for name in _derived(kind):  # type: ignore[arg-type]
             kinds[name] = typing.get_type_hints(getattr(kind, name).fget)["return"]
+        silent = {f.name for f in dataclasses.fields(kind) if "unmentioned" in f.metadata}
         return {
             "type": "object",
             "description": " ".join((kind.__doc__ or "").split()),
             "properties": {name: schema_of(one) for name, one in kinds.items()},
-            "required": list(kinds),
+            "required": [name for name in kinds if name not in silent],
             "additionalProperties": False,
         }
     if origin in (types.UnionType, typing.Union):

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from calibrator.case.case import Case
-from calibrator.case.codec import Table, build, typed
+from calibrator.case.codec import Table, as_table, build, typed
 from calibrator.case.constraints import Constraint, read_constraint
 from calibrator.case.experiment import Condition
+from calibrator.case.fidelity import Fidelity
 from calibrator.case.lab import Nuisance, Observable, read_lab, read_nuisances
 from calibrator.case.problem import Parameter, Problem, Target
 from calibrator.case.settings import (
@@ -42,6 +43,7 @@ SECTIONS = {
     "run": Running,
     "cluster": Cluster,
     "diagnosis": Diagnosis,
+    "fidelity": Fidelity,
 }
 """The tables that a dataclass of settings reads."""
 
@@ -75,7 +77,7 @@ def read_case(path: str | Path, site: Path | None = None, lab: Path | None = Non
     _note_unknown(tables, mistakes)
     if site is not None:
         with mistakes.noted():
-            tables["cluster"] = _with_site(_table(tables.get("cluster", {}), "cluster"), site)
+            tables["cluster"] = _with_site(as_table(tables.get("cluster", {}), "cluster"), site)
     for key, cls in SECTIONS.items():
         if key in tables:
             with mistakes.noted():
@@ -165,7 +167,7 @@ def _with_site(own: Table, path: Path) -> Table:
     tables = _load(path)
     for key in tables:
         known(key, ("cluster",), "key in the site file")
-    site = _table(tables.get("cluster", {}), "cluster")
+    site = as_table(tables.get("cluster", {}), "cluster")
     for key in own:
         if key in site and own[key] != site[key]:
             raise CalibratorError(
@@ -217,12 +219,12 @@ def _measured(tables: Table, path: Path) -> Path:
 def _conditions(tables: Table) -> dict[str, Condition]:
     """The case's conditions by name."""
     conditions, mistakes = {}, Mistakes()
-    for name, spec in _table(tables.get("conditions", {}), "conditions").items():
+    for name, spec in as_table(tables.get("conditions", {}), "conditions").items():
         where = f"conditions.{name}"
         if not re.fullmatch(PLAIN_WORD, name):
             mistakes.note([f"{where}: the name is not a plain word; use A-Z, a-z, 0-9 and _"])
         with mistakes.noted():
-            values = dict(_table(spec, where))
+            values = dict(as_table(spec, where))
             setup = known(values.pop("setup", ""), SETUPS, f"set-up of {where}")
             own = [n for n in parameters_of(setup) if n != "seed"]
             conditions[name] = Condition(setup, _values(values, where, own))
@@ -233,7 +235,7 @@ def _conditions(tables: Table) -> dict[str, Condition]:
 def _values(given: Table, where: str, names: Iterable[str] = PARAMETERS) -> dict[str, Value]:
     """The values of a table of parameters, each of which is one of these names."""
     found, mistakes, names = {}, Mistakes(), list(names)
-    for name, value in _table(given, where).items():
+    for name, value in as_table(given, where).items():
         with mistakes.noted():
             own = known(name, names, f"parameter in [{where}]")
             found[own] = checked_value(name, value)
@@ -255,7 +257,7 @@ def _nuisances(
 def _parameters(tables: Table) -> tuple[Parameter, ...]:
     """What is to be calibrated."""
     found, mistakes = [], Mistakes()
-    for name, spec in _table(tables.get("parameters", {}), "parameters").items():
+    for name, spec in as_table(tables.get("parameters", {}), "parameters").items():
         with mistakes.noted():
             found.append(_parameter(name, spec))
     mistakes.raise_any()
@@ -284,7 +286,7 @@ def _constraints(
 def _parameter(name: str, spec: Any) -> Parameter:
     """One table of [parameters]."""
     where = f"parameters.{known(name, PARAMETERS, 'parameter')}"
-    if "name" in _table(spec, where):
+    if "name" in as_table(spec, where):
         raise CalibratorError(f"{where} has a key name: remove it, the table's heading is the name")
     return build(Parameter, {"name": name, **spec}, where)
 
@@ -292,7 +294,7 @@ def _parameter(name: str, spec: Any) -> Parameter:
 def _setups(tables: Table) -> dict[str, dict[str, Value]]:
     """The values that single set-ups have of their own."""
     setups, mistakes = {}, Mistakes()
-    for setup, spec in _table(tables.get("setups", {}), "setups").items():
+    for setup, spec in as_table(tables.get("setups", {}), "setups").items():
         with mistakes.noted():
             own = parameters_of(known(setup, SETUPS, "set-up"))
             setups[setup] = _values(spec, f"setups.{setup}", own)
@@ -300,19 +302,12 @@ def _setups(tables: Table) -> dict[str, dict[str, Value]]:
     return setups
 
 
-def _table(value: Any, where: str) -> Table:
-    """The value if it is a table, else CalibratorError."""
-    if not isinstance(value, dict):
-        raise CalibratorError(f"{where} must be a table: write [{where}] on a line of its own")
-    return value
-
-
 def _targets(tables: Table, observables: list[Observable]) -> list[tuple[str, Target]]:
     """(role, target) of every row to calibrate or to validate with.
 
     [targets."setup.response"] may set weight and tolerance, and what a curve's points share.
     """
-    options = _table(tables.get("targets", {}), "targets")
+    options = as_table(tables.get("targets", {}), "targets")
     keys, targets, mistakes = [o.key for o in observables], [], Mistakes()
     for key in options:
         with mistakes.noted():
@@ -325,7 +320,7 @@ def _targets(tables: Table, observables: list[Observable]) -> list[tuple[str, Ta
         with mistakes.noted():
             extra: Table = {
                 k: typed(f"{where}.{known(k, allowed, 'target option')}", float, v)
-                for k, v in _table(options.get(one.key, {}), where).items()
+                for k, v in as_table(options.get(one.key, {}), where).items()
             }
             if one.curve:
                 shared = {k: extra.pop(k) for k in CURVE_OPTIONS if k in extra}
@@ -346,5 +341,5 @@ def _truth(path: Path, tables: Table) -> dict[str, float]:
     truth = _load(named_file(path, name, "truth_file"))
     for key in truth:
         known(key, ("parameters",), "table in the truth file")
-    given = _table(truth.get("parameters", {}), "parameters").items()
+    given = as_table(truth.get("parameters", {}), "parameters").items()
     return {n: typed(f"{name}: {n}", float, checked_value(n, v)) for n, v in given}

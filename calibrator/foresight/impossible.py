@@ -12,7 +12,7 @@ from calibrator.case.vocabulary import PARAMETERS
 from calibrator.diagnosis.experiments import wanted
 from calibrator.diagnosis.runs import require_diagnosable
 from calibrator.errors import CalibratorError, Mistakes
-from calibrator.foresight.values import CALIBRATED, Values, corners
+from calibrator.foresight.values import CALIBRATED, Values, corners, resolved
 from calibrator.plan.requests import design_points
 from calibrator.plan.seeds import overlapping
 from calibrator.responses.coordinates import Coordinates
@@ -31,6 +31,10 @@ def require_possible(case: Case, values: dict[str, Values]) -> None:
     mistakes.note(overlapping(case))
     for experiment, own in values.items():
         mistakes.note(_geometry(experiment, own))
+    if case.cheap is not None:
+        cheap = resolved(case.cheap)
+        for experiment in case.problem.experiments:
+            mistakes.note(_geometry(experiment, cheap[experiment], "a cheap run of "))
     mistakes.note(_density(case, values))
     mistakes.note(_curves(case))
     with mistakes.noted():
@@ -41,8 +45,11 @@ def require_possible(case: Case, values: dict[str, Values]) -> None:
     mistakes.raise_any()
 
 
-def _geometry(experiment: str, values: Values) -> list[str]:
-    """What the scripts refuse at any corner of the box; each reason once, at its first corner."""
+def _geometry(experiment: str, values: Values, what: str = "") -> list[str]:
+    """What the scripts refuse at any corner of the box; each reason once, at its first corner.
+
+    what : words before the experiment's name.
+    """
     setup, found = parts_of(experiment)[0], dict[str, str]()
     moved = [n for n, r in values.items() if r.source == CALIBRATED and PARAMETERS[n].unit == "m"]
     words = {
@@ -53,7 +60,9 @@ def _geometry(experiment: str, values: Values) -> list[str]:
     for p in corners(setup, values):
         place = ", ".join(f"{n} = {p[n]:g}" for n in moved)
         for reason in setups.impossible(setup, p, words):
-            found.setdefault(reason, f"{experiment}{f' at {place}' if place else ''}: {reason}")
+            found.setdefault(
+                reason, f"{what}{experiment}{f' at {place}' if place else ''}: {reason}"
+            )
     return list(found.values())
 
 
@@ -89,6 +98,8 @@ def _curves(case: Case) -> list[str]:
 
 def _require_interpolable(case: Case, mistakes: Mistakes) -> None:
     """Note, or raise, what stands against an interpolation of the planned sets."""
+    if case.cheap is not None:  # the full runs lean on those of the cheap ones
+        return _require_interpolable(case.cheap, mistakes)
     change = Coordinates(case.problem, case.interpolation.similarity)
     points = np.unique(change.inward(design_points(case)), axis=0)
     if case.interpolation.method == "multilinear":

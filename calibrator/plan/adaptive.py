@@ -18,7 +18,9 @@ import numpy as np
 from calibrator.case.problem import Problem, Target
 from calibrator.errors import CalibratorError
 from calibrator.plan.out_of_reach import SAMPLE, least_bad, shortfall
+from calibrator.plan.proposal import Cheaper, Proposal
 from calibrator.responses.box import refined, sample_of
+from calibrator.responses.dear_process import FEWEST
 from calibrator.responses.fit import fit_responses
 from calibrator.responses.interpolant import Interpolant
 from calibrator.responses.objectives import OBJECTIVES
@@ -55,27 +57,6 @@ class Settings:
     patience: int = 4
 
 
-@dataclass(frozen=True, eq=False)
-class Proposal:
-    """What to do next.
-
-    kind : "explore" or "confirm" (run `points` (k, d)), "confirmed" (the latest runs at
-    `recommended` meet every target), "unreachable" or "budget" (both stop without); recommended :
-    (d,) the set to take; chance : its probability of being confirmed; sentence : all that in words.
-    """
-
-    kind: str
-    points: np.ndarray
-    recommended: np.ndarray
-    chance: float
-    sentence: str
-
-    @property
-    def stops(self) -> bool:
-        """Whether no further run is asked for."""
-        return self.kind in ("confirmed", "unreachable", "budget")
-
-
 def propose(
     problem: Problem,
     points: np.ndarray,
@@ -84,6 +65,7 @@ def propose(
     similarity: bool = False,
     success: Success | None = None,
     left: int | None = None,
+    cheaper: Cheaper | None = None,
 ) -> Proposal:
     """The next runs, given all runs so far.
 
@@ -98,6 +80,8 @@ def propose(
     success : where runs succeed, which is everywhere unless given; no set near a failed one is
         proposed, and none whose runs are likely to fail
     left : sets that may still be run once; what the budget leaves after these runs, unless given
+    cheaper : runs of a cheaper version, and what they cost; more of them are proposed where they
+        tell more of the likeliest set for their cost than full ones
 
     Raises
     ------
@@ -105,11 +89,10 @@ def propose(
     """
     success = success or Success(problem, ())
     left = settings.budget - len(points) if left is None else left
-    if few := _too_few(problem, values, points):
+    if few := _too_few(problem, values, points, FEWEST if cheaper else 0):
         return _next_unlike(problem, points, success, left, few)
-    interpolant = fit_responses(
-        problem, points, values, [t.key for t in problem.targets], similarity=similarity
-    )
+    keys, cheap = [t.key for t in problem.targets], cheaper.runs if cheaper else None
+    interpolant = fit_responses(problem, points, values, keys, similarity=similarity, cheap=cheap)
     confirmed = _confirmed(problem, interpolant, points, values, settings)
     if confirmed is not None:
         return confirmed
@@ -121,14 +104,18 @@ def propose(
         return Proposal("budget", _no_points(problem), best, chance, words)
     closed = bool(_closed(problem, best[None], success.failed, tried)[0])
     stuck = _unreachable(problem, interpolant, points, best, chance, settings, success, closed)
-    return stuck or _next_runs(best, chance, settings, left)
+    following = stuck or _next_runs(best, chance, settings, left)
+    return cheaper.instead(problem, interpolant, following) if cheaper else following
 
 
-def _too_few(problem: Problem, values: np.ndarray, points: np.ndarray) -> str:
-    """The target that was measured at too few sets for a process, in words; empty where none is."""
+def _too_few(problem: Problem, values: np.ndarray, points: np.ndarray, fewest: int) -> str:
+    """The target that was measured at too few sets for a process, in words; empty where none is.
+
+    fewest : sets that it takes, where it is not the parameters that decide.
+    """
     for target, column in zip(problem.targets, values.T, strict=True):
         sets = len(np.unique(points[np.isfinite(column)], axis=0))
-        needed = len(problem.seen_by(target.experiment)) + 2
+        needed = fewest or len(problem.seen_by(target.experiment)) + 2
         if sets < needed:
             return f"{target.key} was measured at {sets} sets, of the {needed} that it takes"
     return ""

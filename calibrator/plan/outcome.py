@@ -123,5 +123,6 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
             "set-ups": {e: problem.values_of(e) for e in problem.experiments},
             "plan": case.plan,
             "runs": contents(records),
+            **({"fidelity": case.fidelity} if case.fidelity else {}),
         }
     )

@@ -20,24 +20,31 @@ from calibrator.runs.request import Request
 
 
 def design_points(case: Case) -> np.ndarray:
-    """Parameter sets (n, d) of the database; those it starts with where the design is adaptive."""
+    """Parameter sets (n, d) of the database; those it starts with where the design is adaptive.
+
+    Where there are cheap runs as well, those that are run in full.
+    """
     if case.plan.design == "grid":
         return full_grid(case.problem)
-    return sobol(case.problem, case.plan.sets)
+    return sobol(case.problem, case.fidelity.dear_sets if case.fidelity else case.plan.sets)
 
 
 def plan_requests(case: Case) -> list[Request]:
     """Every run of the database.
 
-    Each experiment that has a target at each set, its replicates with seeds of their own.
+    Each experiment that has a target at each set, its replicates with seeds of their own; the cheap
+    ones first, where there are such.
     """
     return [request for own in requests_by_experiment(case).values() for request in own]
 
 
 def requests_by_experiment(case: Case) -> dict[str, list[Request]]:
-    """The same by the name of their experiment."""
+    """The same by the name of their experiment, behind "cheap_" where they are cheap."""
     points = design_points(case)
-    return {e: _requests_of(case, e, points) for e in case.problem.experiments}
+    full = {e: _requests_of(case, e, points) for e in case.problem.experiments}
+    if case.cheap is None:
+        return full
+    return {f"cheap_{e}": own for e, own in requests_by_experiment(case.cheap).items()} | full
 
 
 def _requests_of(case: Case, experiment: str, points: np.ndarray) -> list[Request]:
@@ -109,6 +116,19 @@ def belongs(case: Case, request: Request) -> bool:
     if ((point < case.problem.low) | (point > case.problem.high)).any():
         return False
     return make_request(case, experiment, point, int(request.parameters["seed"])) == request
+
+
+def cheap_share(case: Case) -> float:
+    """Predicted cost of a cheap run, as a share of a full one's, in the middle of the box.
+
+    1 where the case has no [fidelity].
+    """
+    centre = case.problem.values_at(np.full((1, len(case.problem.names)), 0.5))[0]
+    cheap, full = (
+        core_seconds([make_request(c, e, centre, 1) for e in case.problem.experiments]).sum()
+        for c in (case.cheap or case, case)
+    )
+    return float(cheap / full)
 
 
 def substitutes(records: Sequence[Record], limit: int = 1) -> list[Request]:

@@ -12,12 +12,20 @@ import numpy as np
 from calibrator.case.case import Case
 from calibrator.errors import CalibratorError
 from calibrator.files import parse_json, read_text, write_text
-from calibrator.plan.adaptive import Proposal, propose
 from calibrator.plan.adaptive import Settings as AdaptiveSettings
+from calibrator.plan.adaptive import propose
 from calibrator.plan.curves import with_components
 from calibrator.plan.outcome import Collection, rests_on
-from calibrator.plan.requests import belongs, make_request, plan_requests, substitutes
+from calibrator.plan.proposal import Cheaper, Proposal
+from calibrator.plan.requests import (
+    belongs,
+    cheap_share,
+    make_request,
+    plan_requests,
+    substitutes,
+)
 from calibrator.plan.seeds import in_experiment, proposed_seed
+from calibrator.responses.fit import cheap_runs
 from calibrator.responses.success import Success, nothing_good
 from calibrator.responses.table import experiment_of, response_table
 from calibrator.runs.record import Record
@@ -43,20 +51,18 @@ def run_plan(space: Workspace, report: Report = silent) -> Collection:
     requests = plan_requests(space.case)
     records = carry_out(space, requests, report)
     carry_out(space, substitutes(records), report)
-    records = database_records(space)
-    return space.note("run", _judged(space, records))
+    return space.note("run", _judged(space, all_records(space)))
 
 
 def _run_adaptively(space: Workspace, report: Report) -> Collection:
     """Start with the plan's first sets, unless the database has as many, then run proposals."""
     plain, settings = space, _adaptive_settings(space.case)
-    first, experiments = plan_requests(space.case), space.case.problem.experiments
+    first = plan_requests(space.case)
     if len(_parameter_sets(space.case, database_records(space))[0]) < len(first):
         carry_out(space, first, report)
     carry_out(space, proposed(space), report)  # what an interruption left undone
     while True:
-        records = database_records(plain)
-        if (found := _judged(plain, records)).ended:
+        if (found := _judged(plain, all_records(plain))).ended:
             return space.note("run", found)
         space = with_curves(plain)
         case, records = space.case, database_records(space)
@@ -66,16 +72,18 @@ def _run_adaptively(space: Workspace, report: Report) -> Collection:
             settings,
             case.interpolation.similarity,
             Success.of(case.problem, records),
-            (settings.budget - _made(space, records)) // len(experiments),
+            _left(space, settings),
+            _cheaper(space),
         )
         if proposal.stops:
             break
-        requests = _proposed_requests(case, proposal, len(records))
+        own = case.cheap if proposal.cheap and case.cheap else case
+        requests = _proposed_requests(own, proposal, len(all_records(space)))
         note_proposal(space, proposal, requests)
         carry_out(space, requests, report)
     recommended = dict(zip(case.problem.names, map(float, proposal.recommended), strict=True))
     found = dataclasses.replace(
-        _collected(space, records),
+        _collected(space, all_records(space)),
         ended=proposal.kind,
         sentence=proposal.sentence,
         recommended=recommended,
@@ -95,7 +103,8 @@ def _proposed_requests(case: Case, proposal: Proposal, made: int) -> list[Reques
 def _judged(space: Workspace, records: Sequence[Record]) -> Collection:
     """The finished runs, and the end of it where no run of an experiment was good."""
     found = _collected(space, records)
-    if not (failure := nothing_good(space.case.problem, records)):
+    own = [r for r in records if belongs(space.case, r.request)]
+    if not (failure := nothing_good(space.case.problem, own)):
         return found
     return dataclasses.replace(found, ended="failed", sentence=failure)
 
@@ -115,7 +124,7 @@ def _shipped_runs(space: Workspace, records: Sequence[Record]) -> int:
     """How many of these runs the shipped database has, substitutes of clogged ones included."""
     shipped = space.shipped()
     if space.case.plan.design == "adaptive":
-        return sum(belongs(space.case, r.request) for r in shipped.records.values())
+        return sum(_is_own(space.case, r.request) for r in shipped.records.values())
     return sum(r.run_id in shipped.records for r in records)
 
 
@@ -161,9 +170,27 @@ def _put_together(
     rows.append((point.copy(), values.copy()))
 
 
-def _made(space: Workspace, records: Sequence[Record]) -> int:
-    """Runs of an adaptive design so far: those that ended, however they did, and all asked for."""
-    return len({r.run_id for r in proposed(space)} | {r.run_id for r in records})
+def _left(space: Workspace, settings: AdaptiveSettings) -> int:
+    """Sets that may still be run once, of all runs and of full ones.
+
+    Those count that ended, however they did, and all asked for.
+    """
+    case = space.case
+    made = {r.run_id: r for r in proposed(space)} | {
+        r.run_id: r.request for r in all_records(space)
+    }
+    left = settings.budget - len(made)
+    if case.fidelity is not None:
+        full = sum(belongs(case, request) for request in made.values())
+        left = min(left, case.fidelity.dear_runs - full)
+    return left // len(case.problem.experiments)
+
+
+def _cheaper(space: Workspace) -> Cheaper | None:
+    """The cheap runs and what they cost; None where the case has no [fidelity]."""
+    case = space.case
+    runs = cheap_runs(case, cheap_records(space))
+    return None if runs is None else Cheaper(runs, cheap_share(case))
 
 
 def proposed(space: Workspace) -> list[Request]:
@@ -172,7 +199,7 @@ def proposed(space: Workspace) -> list[Request]:
     Those of before a change of the case, or of another case of this name, are none of its.
     """
     made = [request for line in _proposal_lines(space) for request in _requests_in(space, line)]
-    return [request for request in made if belongs(space.case, request)]
+    return [request for request in made if _is_own(space.case, request)]
 
 
 def _proposal_lines(space: Workspace) -> list[str]:
@@ -216,28 +243,48 @@ def note_proposal(space: Workspace, proposal: Proposal, requests: Sequence[Reque
     write_text(space.folder() / "proposals.jsonl", "".join(f"{one}\n" for one in lines))
 
 
-def database_records(space: Workspace) -> list[Record]:
-    """The finished runs of the plan and their substitutes.
+def all_records(space: Workspace) -> list[Record]:
+    """The finished runs of the plan and their substitutes, the cheap ones of [fidelity] too.
 
     With an adaptive design these are all runs that belong to the case.
     """
     records = space.finished(plan_requests(space.case))
     if space.case.plan.design == "adaptive":
         there = [r.request for r in space.shipped().records.values()]
-        shipped = [request for request in there if belongs(space.case, request)]
+        shipped = [request for request in there if _is_own(space.case, request)]
         both = [*records, *space.finished(proposed(space)), *space.finished(shipped)]
         return list({r.run_id: r for r in reversed(both)}.values())
     return records + space.finished(substitutes(records))
 
 
+def database_records(space: Workspace) -> list[Record]:
+    """Those of all records whose responses are the case's own: not the cheap ones."""
+    records = all_records(space)
+    if space.case.fidelity is None:
+        return records
+    return [r for r in records if belongs(space.case, r.request)]
+
+
+def cheap_records(space: Workspace) -> list[Record]:
+    """Those of all records that are cheap; none where the case has no [fidelity]."""
+    cheap = space.case.cheap
+    return [] if cheap is None else [r for r in all_records(space) if belongs(cheap, r.request)]
+
+
+def _is_own(case: Case, request: Request) -> bool:
+    """Whether a run is one of this case's, in full or cheap."""
+    return belongs(case, request) or (case.cheap is not None and belongs(case.cheap, request))
+
+
 def with_curves(space: Workspace) -> Workspace:
     """The workspace with its curves to calibrate as targets that the database's runs give.
 
-    See `curves.with_components`; the workspace itself where no target is a curve.
+    See `curves.with_components`; the workspace itself where no target is a curve. Where there are
+    cheap runs, their curves give the shapes, as they are the many ones.
     """
     if not any(t.curve for t in space.case.problem.targets):
         return space
-    return with_components(space, database_records(space))
+    return with_components(space, cheap_records(space) or database_records(space))
 
 
 def collect(space: Workspace) -> Collection:
@@ -245,7 +292,7 @@ def collect(space: Workspace) -> Collection:
 
     Raises CalibratorError where no run is finished.
     """
-    records = database_records(space)
+    records = all_records(space)
     if not records:
         raise CalibratorError(
             f"no finished run in {space.path}: run `{space.command('run')}` first"
@@ -278,7 +325,7 @@ def confirmed_set(space: Workspace) -> np.ndarray | None:
     """
     if space.case.plan.design != "adaptive" or space.outcome("run", Collection) is None:
         return None
-    now = rests_on(space.case, database_records(space))
+    now = rests_on(space.case, all_records(space))
     found = space.current("run", Collection, now)
     if found.ended != "confirmed":
         return None

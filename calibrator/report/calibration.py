@@ -10,6 +10,7 @@ import numpy as np
 from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Target
 from calibrator.case.vocabulary import PARAMETERS
+from calibrator.report.fidelity import two_kinds
 from calibrator.report.figures import calibration as figures
 from calibrator.report.figures import search as search_figures
 from calibrator.report.findings import Findings
@@ -57,6 +58,7 @@ def calibration(findings: Findings, album: Album) -> str:
     return section(
         "Calibration",
         paragraph(text(_said_database(findings))),
+        two_kinds(findings, album),
         *(_slices(findings, album, key) for key in keys),
         _front(findings, album),
         _likelihood(findings, album),

@@ -12,7 +12,7 @@ from calibrator.case.problem import Target
 from calibrator.case.settings import Replicates
 from calibrator.plan.outcome import Collection
 from calibrator.plan.outcome import rests_on as plan_rests_on
-from calibrator.plan.run import database_records, with_curves
+from calibrator.plan.run import all_records, cheap_records, database_records, with_curves
 from calibrator.report.html import paragraph
 from calibrator.report.words import key_words, text
 from calibrator.responses.fit import fit
@@ -40,7 +40,7 @@ class Findings:
 
     Attributes
     ----------
-    records : the database's runs
+    records, cheap : the database's full runs, and the cheap ones of a case with [fidelity]
     verified, validated : fresh runs by candidate
     interpolant : as the calibration learnt it
     traces : the front and the populations
@@ -52,6 +52,7 @@ class Findings:
     traces: Traces
     interpolant: Interpolant
     records: list[Record]
+    cheap: list[Record]
     collection: Collection | None
     verification: Verification | None
     validation: Validation | None
@@ -66,7 +67,7 @@ class Findings:
         any outcome rests on something that has changed since.
         """
         space = with_curves(space)
-        case, records = space.case, database_records(space)
+        case, records, cheap = space.case, database_records(space), cheap_records(space)
         calibration = current_calibration(space, records)
         traces = read_traces(space, calibration)
         verified = _done(space, case.verify, verification_requests(space, calibration))
@@ -76,9 +77,10 @@ class Findings:
             space,
             calibration,
             traces,
-            fit(case, records, Learnt(traces.kernels, traces.noise)),
+            fit(case, records, Learnt(traces.kernels, traces.noise), cheap),
             records,
-            _noted(space, "run", Collection, plan_rests_on(case, records)),
+            cheap,
+            _noted(space, "run", Collection, plan_rests_on(case, all_records(space))),
             _noted(
                 space,
                 "verify",

@@ -85,7 +85,7 @@ class Cautious(Around):
         predicted, claimed = self._left_out
         off, m = predicted - self.values, len(self.responses)
         if "none" not in self.noise_sources and self.learnt.kernels.shape[1]:
-            degrees = np.isfinite(off).sum(axis=0) - self.points.shape[1]
+            degrees = np.isfinite(off).sum(axis=0) - self.trend
             few = student.ppf(0.975, np.maximum(degrees, 2)) / 1.96
             return few * np.maximum(1.0, _root_mean_square(off / claimed)), np.zeros(m)
         known = np.isfinite(known_noise(self))

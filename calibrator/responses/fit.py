@@ -10,6 +10,7 @@ from calibrator.case.case import Case
 from calibrator.case.problem import Problem
 from calibrator.errors import CalibratorError
 from calibrator.responses.cautious import Cautious
+from calibrator.responses.cokriging import CheapRuns, CoKriged
 from calibrator.responses.coordinates import Changed, Coordinates
 from calibrator.responses.gaussian_process import GaussianProcess
 from calibrator.responses.interpolant import Interpolant, Learnt, average_replicates
@@ -29,10 +30,9 @@ def fit_responses(
     similarity: bool = False,
     noise: np.ndarray | None = None,
     learnt: Learnt | None = None,
+    cheap: CheapRuns | None = None,
 ) -> Interpolant:
-    """Interpolate raw responses over the problem's parameters.
-
-    Each response is interpolated over those parameters alone that vary in its experiment.
+    """Interpolate raw responses, each over those parameters that vary in its experiment.
 
     Parameters
     ----------
@@ -44,16 +44,15 @@ def fit_responses(
     similarity : whether the particle density is taken out
     noise : (m,) seed noise where it is known
     learnt : what an earlier fit of the same runs found
+    cheap : runs of a cheaper version of the same experiments, which these lean on
 
     Raises
     ------
     CalibratorError : as the interpolants do, and for a similarity without density or modulus
     """
-    groups: dict[tuple[str, ...], list[int]] = {}
-    for column, key in enumerate(keys):
-        groups.setdefault(tuple(problem.seen_by(key.split(".")[0])), []).append(column)
+    groups = _by_seen(problem, keys)
     if list(groups) == [tuple(problem.names)]:
-        return _fit_alike(problem, points, values, keys, method, similarity, noise, learnt)
+        return _fit_alike(problem, points, values, keys, method, similarity, noise, learnt, cheap)
     parts = []
     for names, columns in groups.items():
         rows = np.isfinite(values[:, columns]).any(axis=1)
@@ -67,9 +66,18 @@ def fit_responses(
             similarity,
             None if noise is None else noise[columns],
             None if learnt is None else learnt.of(columns),
+            None if cheap is None else cheap.of(columns, seen),
         )
         parts.append(Part(seen, columns, inner))
     return Parted(problem, list(keys), tuple(parts))
+
+
+def _by_seen(problem: Problem, keys: Sequence[str]) -> dict[tuple[str, ...], list[int]]:
+    """Columns of the responses (m keys) that see the same parameters, by their names."""
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for column, key in enumerate(keys):
+        groups.setdefault(tuple(problem.seen_by(key.split(".")[0])), []).append(column)
+    return groups
 
 
 def _fit_alike(
@@ -81,6 +89,7 @@ def _fit_alike(
     similarity: bool,
     noise: np.ndarray | None,
     learnt: Learnt | None,
+    cheap: CheapRuns | None,
 ) -> Interpolant:
     """`fit_responses` of responses that all see every parameter of the problem."""
     change = Coordinates(problem, similarity)
@@ -90,6 +99,18 @@ def _fit_alike(
     if method == "multilinear":
         inner = Multilinear.fit(inward, scaled, keys, noise, parameters=change.names)
         _require_reach(inner, change, keys[0].split(".")[0])
+    elif cheap is not None:
+        below = CheapRuns(change.inward(cheap.points), cheap.values)
+        inner = CoKriged.fit(
+            inward,
+            scaled,
+            keys,
+            change.bounds,
+            below,
+            noise,
+            parameters=change.names,
+            learnt=learnt,
+        )
     else:
         inner = GaussianProcess.fit(
             inward, scaled, keys, change.bounds, noise, parameters=change.names, learnt=learnt
@@ -113,11 +134,17 @@ def _require_reach(inner: Multilinear, change: Coordinates, experiment: str) -> 
             )
 
 
-def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> Interpolant:
+def fit(
+    case: Case,
+    records: Sequence[Record],
+    learnt: Learnt | None = None,
+    cheap: Sequence[Record] = (),
+) -> Interpolant:
     """Interpolate the raw responses that the targets need.
 
     learnt : what an earlier fit of the same records found; without it the kernels are searched for.
-    Raises CalibratorError where no run is good, and as the interpolants do.
+    cheap : runs of the case's cheaper version. Raises CalibratorError where no run is good, and as
+    the interpolants do.
     """
     keys = [t.key for t in case.problem.targets]
     require_good(case.problem, records)
@@ -126,7 +153,21 @@ def fit(case: Case, records: Sequence[Record], learnt: Learnt | None = None) -> 
         raise CalibratorError(
             "the database has no good run: look at the failures that the verb collect lists"
         )
-    settings = case.interpolation
     return fit_responses(
-        case.problem, points, values, keys, settings.method, settings.similarity, learnt=learnt
+        case.problem,
+        points,
+        values,
+        keys,
+        case.interpolation.method,
+        case.interpolation.similarity,
+        learnt=learnt,
+        cheap=cheap_runs(case, cheap),
     )
+
+
+def cheap_runs(case: Case, records: Sequence[Record]) -> CheapRuns | None:
+    """The targets' responses in runs of a case's cheaper version; None where it has none."""
+    if case.cheap is None:
+        return None
+    keys = [t.key for t in case.problem.targets]
+    return CheapRuns(*response_table(case.cheap.problem, records, keys))

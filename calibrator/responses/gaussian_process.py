@@ -64,7 +64,7 @@ class GaussianProcess:
     counts: np.ndarray
     noise: np.ndarray
     noise_sources: tuple[str, ...]
-    _processes: tuple[_Process, ...]
+    processes: tuple[Process, ...]
 
     @classmethod
     @on_one_thread
@@ -110,14 +110,14 @@ class GaussianProcess:
         inside(runs.points, bounds[0], bounds[1], runs.parameters)
         kernels = None if learnt is None else learnt.kernels
         processes = tuple(
-            _fit_process(runs, i, bounds, restarts, seed, None if kernels is None else kernels[i])
+            fit_process(runs, i, bounds, restarts, seed, None if kernels is None else kernels[i])
             for i in range(len(names))
         )
         return cls._through(runs, bounds, processes)
 
     @classmethod
     def _through(
-        cls, runs: TrainingRuns, bounds: np.ndarray, processes: tuple[_Process, ...]
+        cls, runs: TrainingRuns, bounds: np.ndarray, processes: tuple[Process, ...]
     ) -> GaussianProcess:
         """The processes of all responses, and the runs that they were conditioned on."""
         return cls(
@@ -135,22 +135,27 @@ class GaussianProcess:
     @property
     def learnt(self) -> Learnt:
         """Logarithms of the kernels' hyperparameters (m, d + 1), and the seed noise."""
-        return Learnt(np.array([p.regressor.kernel_.theta for p in self._processes]), self.noise)
+        return Learnt(np.array([p.regressor.kernel_.theta for p in self.processes]), self.noise)
+
+    @property
+    def trend(self) -> np.ndarray:
+        """Degrees of freedom (m,) that the trend takes: a slope for each parameter."""
+        return np.full(len(self.responses), self.points.shape[1])
 
     @property
     def noise_source(self) -> str:
         """Origin of the seed noise where it is the same for all responses, else "mixed"."""
         return common_source(self.noise_sources)
 
-    def _unit(self, points: np.ndarray) -> np.ndarray:
+    def unit(self, points: np.ndarray) -> np.ndarray:
         """The points (k, d) in half ranges from the centre; CalibratorError outside the bounds."""
         return _unit(inside(points, self.bounds[0], self.bounds[1], self.parameters), self.bounds)
 
     @on_one_thread
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d); CalibratorError outside the bounds."""
-        unit = self._unit(points)
-        return np.column_stack([_chunked(process.mean, unit) for process in self._processes])
+        unit = self.unit(points)
+        return np.column_stack([_chunked(process.mean, unit) for process in self.processes])
 
     @on_one_thread
     def predict_with_error(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,9 +163,9 @@ class GaussianProcess:
 
         The seed noise of a new run is not included. Raises CalibratorError outside the bounds.
         """
-        unit = self._unit(points)
+        unit = self.unit(points)
         both = np.stack(
-            [_chunked(process.mean_and_std, unit) for process in self._processes], axis=1
+            [_chunked(process.mean_and_std, unit) for process in self.processes], axis=1
         )
         return both[..., 0], both[..., 1]
 
@@ -172,13 +177,13 @@ class GaussianProcess:
         predictions) / std should scatter by one. NaN where the response was not measured.
         """
         predictions, std = np.full((2, *self.values.shape), np.nan)
-        for column, process in enumerate(self._processes):
+        for column, process in enumerate(self.processes):
             predictions[process.rows, column], std[process.rows, column] = process.leave_one_out()
         return predictions, std
 
 
 @dataclass(frozen=True, eq=False)
-class _Process:
+class Process:
     """A conditioned process of one response and its training rows.
 
     It works in standardised units, (value - centre) / scale; noise is in the response's own.
@@ -224,14 +229,14 @@ def _chunked(function: Callable[[np.ndarray], np.ndarray], rows: np.ndarray) -> 
     )
 
 
-def _fit_process(
+def fit_process(
     runs: TrainingRuns,
     column: int,
     bounds: np.ndarray,
-    restarts: int,
-    seed: int,
+    restarts: int = 3,
+    seed: int = 1,
     theta: np.ndarray | None = None,
-) -> _Process:
+) -> Process:
     """The process of one response; theta : its kernel's hyperparameters, where they are known."""
     rows = np.flatnonzero(~np.isnan(runs.values[:, column]))
     require_points(runs.responses[column], len(rows), bounds.shape[1])
@@ -256,7 +261,7 @@ def _fit_process(
         )
     alpha = noise**2 / counts + JITTER
     regressor = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None).fit(unit, standard)
-    return _Process(regressor, rows, centre, scale, noise * scale)
+    return Process(regressor, rows, centre, scale, noise * scale)
 
 
 def require_points(response: str, points: int, dimensions: int) -> None:

@@ -65,6 +65,10 @@ class Interpolant(Protocol):
     def learnt(self) -> Learnt:
         """What a search found beyond the runs: enough to fit the same again without it."""
 
+    @property
+    def trend(self) -> np.ndarray:
+        """Degrees of freedom (m,) that the trend takes from the points of each response."""
+
     def predict(self, points: np.ndarray) -> np.ndarray:
         """Mean responses (k, m) at points (k, d)."""
 
@@ -99,6 +103,11 @@ class Around:
     def learnt(self) -> Learnt:
         """What the interpolant inside has learnt."""
         return self.inner.learnt
+
+    @property
+    def trend(self) -> np.ndarray:
+        """Degrees of freedom (m,) that the trend takes."""
+        return self.inner.trend
 
 
 def known_noise(interpolant: Interpolant) -> np.ndarray:

@@ -63,6 +63,11 @@ def kernel_of(dimensions: int) -> Any:
     return smooth + ConstantKernel(TREND_VARIANCE, "fixed") * DotProduct(1.0, "fixed")
 
 
+def matern(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Matern 5/2 correlations (n, m) of points (n, d) and (m, d); lengths : (d,) scales."""
+    return np.asarray(Matern(lengths, nu=2.5)(a, b))
+
+
 def likeliest_with_noise(
     unit: np.ndarray, standard: np.ndarray, restarts: int, seed: int
 ) -> tuple[Any, float]:

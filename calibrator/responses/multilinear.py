@@ -108,6 +108,11 @@ class Multilinear:
         return common_source(self.noise_sources)
 
     @property
+    def trend(self) -> np.ndarray:
+        """Degrees of freedom (m,) that a trend takes: there is none."""
+        return np.zeros(len(self.responses), int)
+
+    @property
     def learnt(self) -> Learnt:
         """Nothing but the seed noise."""
         return Learnt(np.empty((len(self.responses), 0)), self.noise)

@@ -63,6 +63,14 @@ class Parted:
         return noise
 
     @property
+    def trend(self) -> np.ndarray:
+        """Degrees of freedom (m,) that the trend takes."""
+        found = np.zeros(len(self.responses), int)
+        for part in self.parts:
+            found[part.columns] = part.inner.trend
+        return found
+
+    @property
     def noise_sources(self) -> tuple[str, ...]:
         """Where the seed noise of each response (m,) is from."""
         sources = dict[int, str]()

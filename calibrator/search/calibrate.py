@@ -15,7 +15,7 @@ from calibrator.case.experiment import parts_of
 from calibrator.case.problem import Problem
 from calibrator.case.vocabulary import PARAMETERS
 from calibrator.files import packed, write_bytes, write_text
-from calibrator.plan.run import confirmed_set, database_records, with_curves
+from calibrator.plan.run import cheap_records, confirmed_set, database_records, with_curves
 from calibrator.responses.fit import fit
 from calibrator.responses.interpolant import (
     FEWEST_DEGREES,
@@ -29,6 +29,7 @@ from calibrator.responses.success import HIGH, Success
 from calibrator.responses.table import by_experiment, points_of, response_table
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Workspace, counts
+from calibrator.search.fidelity import compared, left_out_errors
 from calibrator.search.front import compromise, spread
 from calibrator.search.identifiability import identify
 from calibrator.search.nsga2 import SearchResult, Settings, generational_distance, search
@@ -58,7 +59,8 @@ def calibrate(space: Workspace) -> Calibration:
     space = with_curves(space)
     case, problem = space.case, space.case.problem
     records = database_records(space)
-    interpolant = fit(case, records)
+    cheap = cheap_records(space)
+    interpolant = fit(case, records, cheap=cheap)
     success = Success.of(problem, records)
     fronts = search_fronts(case, interpolant, success)
     points, reason = _chosen(space, interpolant, success, fronts[0])
@@ -71,14 +73,15 @@ def calibrate(space: Workspace) -> Calibration:
         ),
         seed_noise=_noise(problem, records, interpolant),
         replicated=_replicated(problem, records),
-        leave_one_out_rms=_left_out_errors(interpolant),
+        leave_one_out_rms=left_out_errors(interpolant),
         reachability=unreachable(problem, interpolant, success),
         identifiability=_identified(problem, records, interpolant, success, case.truth),
-        sensitivity=_sensitivity(case, records, interpolant),
+        sensitivity=_sensitivity(case, records, interpolant, cheap),
+        fidelity=compared(case, interpolant, records, cheap),
         unseen=_unseen(problem),
         failures=_failures(success, points),
         arrays=_write_arrays(space, interpolant, fronts[0]),
-        fingerprint=rests_on(case, records),
+        fingerprint=rests_on(case, [*records, *cheap]),
         **counts(records),
     )
     return space.note("calibrate", found)
@@ -168,16 +171,6 @@ def _candidates(
     }
 
 
-def _left_out_errors(interpolant: Interpolant) -> dict[str, float | None]:
-    """Root mean square error at sets left out, by response; None where no set can be left out."""
-    predicted, _ = interpolant.leave_one_out()
-    squares = (predicted - interpolant.values) ** 2
-    return {
-        key: float(np.sqrt(np.nanmean(column))) if np.isfinite(column).any() else None
-        for key, column in zip(interpolant.responses, squares.T, strict=True)
-    }
-
-
 def _noise(
     problem: Problem, records: Sequence[Record], interpolant: Interpolant
 ) -> dict[str, float | None]:
@@ -219,7 +212,9 @@ def _identified(
     return dataclasses.replace(found, parameters=profiles, accepted=accepted)
 
 
-def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant) -> Sensitivity:
+def _sensitivity(
+    case: Case, records: Sequence[Record], interpolant: Interpolant, cheap: Sequence[Record]
+) -> Sensitivity:
     """Sobol indices of the targets' responses.
 
     On a grid, which must stay whole, without the part of their intervals for the choice of sets.
@@ -232,7 +227,7 @@ def _sensitivity(case: Case, records: Sequence[Record], interpolant: Interpolant
         for left_out in range(PARTS):
             inside = own % PARTS != left_out
             kept = [record for record, inner in zip(records, inside, strict=True) if inner]
-            folds.append(fit(case, kept))
+            folds.append(fit(case, kept, cheap=cheap))
     return sensitivity(case.problem, interpolant, folds)
 
 

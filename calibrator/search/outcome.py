@@ -15,12 +15,19 @@ import numpy as np
 
 from calibrator.case.case import Case
 from calibrator.case.fingerprint import Fingerprint, fingerprint
+from calibrator.case.problem import UNMENTIONED
 from calibrator.errors import CalibratorError
 from calibrator.files import read_arrays, read_bytes
-from calibrator.plan.run import database_records
+from calibrator.plan.run import cheap_records, database_records
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Counts, Workspace, contents
-from calibrator.search.parts import Candidate, Identifiability, Reachability, Sensitivity
+from calibrator.search.parts import (
+    Candidate,
+    Identifiability,
+    Reachability,
+    Sensitivity,
+)
+from calibrator.search.two_kinds import TwoKinds
 
 COMPROMISE = "compromise"
 
@@ -41,6 +48,7 @@ class Calibration(Counts):
     leave_one_out_rms : error of the interpolant at sets left out, in the response's unit.
     unseen : which set-ups do not have which parameters, a sentence each; failures : how many runs
         failed, and how many of those nearest to each candidate, likewise.
+    fidelity : what full and cheap runs say of each response; empty where there are no cheap ones.
     arrays : hash of calibration.npz beside the summary, which holds the front, the populations and
         the interpolant's state (see `Traces`).
     fingerprint : of all that this was computed from.
@@ -60,6 +68,7 @@ class Calibration(Counts):
     failures: tuple[str, ...]
     arrays: str
     fingerprint: Fingerprint
+    fidelity: tuple[TwoKinds, ...] = dataclasses.field(default=(), metadata=UNMENTIONED)
 
     @property
     def compromise(self) -> Candidate:
@@ -111,7 +120,8 @@ class Calibration(Counts):
         chosen = self.compromise.parameters
         values = ", ".join(f"{k} = {v:.4g}" for k, v in chosen.items())
         first = f"front of {self.front_size}; compromise: {values} ({self.compromise_reason})"
-        sentences = (*self.unseen, *self.failures, *self.reachability.sentences)
+        cheap = (kinds.sentence for kinds in self.fidelity)
+        sentences = (*self.unseen, *self.failures, *cheap, *self.reachability.sentences)
         said = [first, *(f"  {sentence}" for sentence in sentences)]
         said += [f"  {doubt}" for doubt in self.doubts]
         for p in self.identifiability.parameters:
@@ -195,6 +205,7 @@ def rests_on(case: Case, records: Sequence[Record]) -> Fingerprint:
             "verify.replicates": case.verify.replicates,
             "truth": case.truth,
             "runs": contents(records),
+            **({"fidelity": case.fidelity} if case.fidelity else {}),
         }
     )
 
@@ -206,4 +217,5 @@ def current_calibration(space: Workspace, records: Sequence[Record] | None = Non
     Raises CalibratorError, with the command to run, where there is none or it is stale.
     """
     known = database_records(space) if records is None else records
-    return space.current("calibrate", Calibration, rests_on(space.case, known))
+    now = rests_on(space.case, [*known, *cheap_records(space)])
+    return space.current("calibrate", Calibration, now)

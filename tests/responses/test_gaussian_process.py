@@ -49,7 +49,7 @@ def test_process_leave_one_out_equals_refitting_without_the_point():
     model = process(*noisy_runs(15, 2))
     predictions, std = model.leave_one_out()
     unit = (2 * model.points - LOW - HIGH) / (HIGH - LOW)
-    for column, one in enumerate(model._processes):
+    for column, one in enumerate(model.processes):
         standard = (model.values[:, column] - one.centre) / one.scale
         alpha = (model.noise[column] / one.scale) ** 2 / model.counts[:, column] + JITTER
         for i in (0, 7, 14):
@@ -110,12 +110,12 @@ def test_a_kernel_from_a_part_of_the_points_serves_a_process_through_all(monkeyp
     monkeypatch.setattr("calibrator.responses.gaussian_process.KERNEL_POINTS", 30)
     model = process(points, values, noise=NOISE)
     assert len(model.points) == 60
-    kernels = [m._processes[0].regressor.kernel_.theta for m in (model, exact)]
+    kernels = [m.processes[0].regressor.kernel_.theta for m in (model, exact)]
     assert not np.array_equal(*kernels)
     # the difference of the two stays small beside what all 60 points leave unknown
     mean, error = exact.predict_with_error(inside(200))
     assert np.sqrt(np.mean(((model.predict(inside(200)) - mean) / error) ** 2)) < 1
-    conditioned = model._processes[0].regressor.X_train_
+    conditioned = model.processes[0].regressor.X_train_
     assert conditioned.shape == (60, 2)
 
 
