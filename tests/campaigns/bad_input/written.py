@@ -56,11 +56,12 @@ def case_file(yard: Yard, data: bytes) -> None:
 def as_written(case: Case, tables: dict[str, Any]) -> bool:
     """Whether a case holds what its file says, key by key, and nothing else."""
     for section in SECTIONS:
-        settings = dataclasses.asdict(getattr(case, section))
+        own = getattr(case, section)
+        settings = {} if own is None else dataclasses.asdict(own)
         given = {
             k: tuple(v) if isinstance(v, list) else v for k, v in tables.get(section, {}).items()
         }
-        if any(settings[k] != v for k, v in given.items()):
+        if any(settings.get(k) != v for k, v in given.items()):
             return False
     bounds = {p.name: (p.low, p.high) for p in case.problem.parameters}
     wanted = {n: (spec["low"], spec["high"]) for n, spec in tables["parameters"].items()}

@@ -60,6 +60,10 @@ repeats = 1
 [verify]
 replicates = 2
 shipped = "runs.csv"
+[fidelity]
+dear_sets = 4
+[fidelity.values]
+particle_radius = 1.5e-3
 [conditions.wide]
 setup = "hourglass"
 neck_diameter = 16e-3
