@@ -166,6 +166,7 @@ def test_the_outcome_and_the_page_say_what_each_kind_said(done):
     assert angle["cost"] == pytest.approx(cheap_share(space.case)) and angle["cost"] < 0.25
     page = (space.path / "report.html").read_text()
     assert "Full and cheap runs" in page and "left out" in page
+    assert "9 good runs at 5 parameter sets beside 28 cheap ones" in page
 
 
 def test_the_database_holds_both_and_serves_as_a_start(done, tmp_path, monkeypatch):

@@ -1,7 +1,7 @@
 """Cost of an adaptive design, with and without cheap runs, until it confirms a set.
 
     python -m benchmarks.numerics.fidelity_race             half an hour; no run is made
-    python -m benchmarks.numerics.fidelity_race --quick     2 truths instead of 20
+    python -m benchmarks.numerics.fidelity_race --quick     2 truths instead of 10
 
 A run is a quadratic surface through the real runs of each kind (the pairs of heaps of fidelity.py:
 from a cylinder of 10 grain diameters, and cheap ones from one of 7), plus normal noise of the size
@@ -138,7 +138,7 @@ def row(outcomes: list[dict[str, object]]) -> dict[str, object]:
 
 def main() -> None:
     """Race, and write."""
-    truths = 2 if asked_for_quick(__doc__, "2 truths instead of 20") else 20
+    truths = 2 if asked_for_quick(__doc__, "2 truths instead of 10") else 10
     world, found = worlds(), dict[str, object]()
     alone = [raced(world, seed, None) for seed in range(truths)]
     found["without"] = row(alone)

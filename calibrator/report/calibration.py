@@ -83,8 +83,11 @@ def _said_database(findings: Findings) -> str:
         for k, v in findings.calibration.seed_noise.items()
         if v is not None or k in findings.interpolant.responses
     )
+    cheap = sum(r.status == "ok" for r in findings.cheap)
+    beside = f" beside {cheap} cheap ones" if cheap else ""
     return (
-        f"The interpolant rests on {good} good runs at {len(_means(findings)[0])} parameter sets. "
+        f"The interpolant rests on {good} good runs at {len(_means(findings)[0])} parameter sets"
+        f"{beside}. "
         f"Seed noise of a single run: {noise}."
     )
 
