@@ -166,6 +166,10 @@ def test_the_outcome_and_the_page_say_what_each_kind_said(done):
     assert angle["cost"] == pytest.approx(cheap_share(space.case)) and angle["cost"] < 0.25
     page = (space.path / "report.html").read_text()
     assert "Full and cheap runs" in page and "left out" in page
+    said = (space.path / "methods.md").read_text()
+    assert "The plan was 5 sets of a Sobol sequence" in said
+    assert "28 cheaper runs with particle radius 0.002 m" in said
+    assert "kennedy_ohagan_2000" in (space.path / "references.bib").read_text()
     assert "9 good runs at 5 parameter sets beside 28 cheap ones" in page
 
 

@@ -136,12 +136,11 @@ def _unit(unit: str) -> str:
 def _runs(findings: Findings) -> str:
     case = findings.space.case
     good = sum(r.status == "ok" for r in findings.records)
+    count = case.fidelity.dear_sets if case.fidelity else case.plan.sets
     sets = {
-        "sobol": f"{case.plan.sets} sets of a Sobol sequence with {case.plan.replicates} replicates"
-        " each",
+        "sobol": f"{count} sets of a Sobol sequence with {case.plan.replicates} replicates each",
         "grid": f"a full grid with {case.plan.replicates} replicates",
-        "adaptive": f"an adaptive design that started from {case.plan.sets} sets of a Sobol"
-        " sequence",
+        "adaptive": f"an adaptive design that started from {count} sets of a Sobol sequence",
     }[case.plan.design]
     bounds = [
         f"{words(p.name)} from {number(p.low)} to {number(p.high)}{_unit(PARAMETERS[p.name].unit)}"
@@ -151,7 +150,22 @@ def _runs(findings: Findings) -> str:
     return (
         f"The plan was {sets}, within {listed(bounds)}: {len(findings.records)} runs, of which"
         f" {good} gave all responses. The responses were interpolated over the parameters by"
-        f" {INTERPOLANTS[case.interpolation.method]}."
+        f" {INTERPOLANTS[case.interpolation.method]}.{_cheap_runs(findings)}"
+    )
+
+
+def _cheap_runs(findings: Findings) -> str:
+    """What cheap runs were made and used for; empty where there were none."""
+    fidelity = findings.space.case.fidelity
+    if fidelity is None:
+        return ""
+    changed = [
+        f"{words(n)} {v if isinstance(v, str) else number(v) + _unit(PARAMETERS[n].unit)}"
+        for n, v in fidelity.values.items()
+    ]
+    return (
+        f" They lean on {len(findings.cheap)} cheaper runs with {listed(changed)}, by linear"
+        " co-kriging [@kennedy_ohagan_2000]."
     )
 
 
