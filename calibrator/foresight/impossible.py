@@ -82,7 +82,8 @@ def _density(case: Case, values: dict[str, Values]) -> list[str]:
 def _curves(case: Case) -> list[str]:
     """Curves to calibrate of which too few runs will be repeated to see their points scatter."""
     plan, curves = case.plan, [t.key for t in case.problem.targets if t.curve]
-    sets = len(design_points(case)) if curves else 0
+    # the many runs are those that give the shapes
+    sets = len(design_points(case.cheap or case)) if curves else 0
     replicated = min(plan.replicated_sets or sets, sets)
     if plan.design == "adaptive":
         replicated = min(plan.replicated_sets or ADAPTIVE_REPLICATED, sets)
