@@ -19,13 +19,14 @@ from tests.conftest import space_for
 from tests.curve_world import (
     TRUTH,
     crater,
+    curves_of,
     photographed,
     photographed_heap,
     scalar_row,
     world,
     write,
 )
-from tests.stand_in import lacking_nothing, put_in_place
+from tests.stand_in import World, lacking_nothing, put_in_place
 
 ROWS = (
     "conical_pile,profile_height,heap.csv,,5,m,calibrate\n"
@@ -152,3 +153,28 @@ def test_check_refuses_a_curve_whose_scatter_no_replicate_would_show(tmp_path):
     case = space_for(path, tmp_path).case
     with pytest.raises(CalibratorError, match="how its points scatter together: raise"):
         require_possible(case, resolved(case))
+
+
+def coarse_too(setup, p, seed):
+    """Coarse grains make heaps a tenth higher, and hardly wider."""
+    found = curves_of(setup, p, seed)
+    if found and p["particle_radius"] > 1.5e-3:
+        found["profile_height"] = 1.1 * found["profile_height"]
+    return found
+
+
+def test_cheap_runs_carry_the_curves_of_dear_ones(tmp_path, monkeypatch):
+    put_in_place(monkeypatch, World(curves_of=coarse_too))
+    cheap = "[fidelity]\ndear_sets = 5\n[fidelity.values]\nparticle_radius = 2e-3\n"
+    path = write(tmp_path, ROWS, measured(), OPTIONS + cheap)
+    assert main(["all", str(path), "--results", str(tmp_path / "results")]) == 0
+    summary = json.loads((tmp_path / "results" / "toy" / "summary.json").read_text())
+    for profile in summary["calibrate"]["identifiability"]["parameters"]:
+        low, high = profile["interval_95"]
+        assert low <= TRUTH[profile["name"]] <= high
+        assert profile["pinned"]
+    own = [kinds for kinds in summary["calibrate"]["fidelity"] if kinds["key"].startswith(HEAP)]
+    assert own and all(kinds["full"] == 10 and kinds["cheap"] == 28 for kinds in own)
+    assert own[0]["slope"] == pytest.approx(1 / 1.1, abs=0.1)
+    (curve,) = summary["verify"]["candidates"]["compromise"]["curves"]
+    assert curve["verdict"] == "met"
