@@ -264,3 +264,16 @@ def test_cheap_runs_that_no_vessel_holds_are_refused_before_any_is_made(tmp_path
     path = write(tmp_path, ("particle_radius = 2e-3", "particle_radius = 20e-3"))
     with pytest.raises(CalibratorError, match="cheap"):
         check_case(space_for(path, tmp_path / "results"))
+
+
+def test_cheap_runs_that_all_fail_are_said_to_be_the_cheap_ones(tmp_path, monkeypatch):
+    def clogs(setup, p, seed):
+        return "clogged" if p["particle_radius"] == COARSE else "ok"
+
+    put_in_place(monkeypatch, World(like, status_of=clogs))
+    space = space_for(write(tmp_path), tmp_path / "results")
+    run_plan(space)
+    with pytest.raises(
+        CalibratorError, match=r"no cheap run is good \(all 56 hourglass runs clogged"
+    ):
+        calibrate(space)

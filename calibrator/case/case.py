@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,7 +90,7 @@ class Case:
         """Variants of set-ups by name."""
         return self.problem.conditions
 
-    @property
+    @functools.cached_property
     def cheap(self) -> Case | None:
         """The cheaper version of itself that [fidelity] describes; None where there is none.
 

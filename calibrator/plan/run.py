@@ -103,8 +103,7 @@ def _proposed_requests(case: Case, proposal: Proposal, made: int) -> list[Reques
 def _judged(space: Workspace, records: Sequence[Record]) -> Collection:
     """The finished runs, and the end of it where no run of an experiment was good."""
     found = _collected(space, records)
-    own = [r for r in records if belongs(space.case, r.request)]
-    if not (failure := nothing_good(space.case.problem, own)):
+    if not (failure := nothing_good(space.case.problem, _in_full(space.case, records))):
         return found
     return dataclasses.replace(found, ended="failed", sentence=failure)
 
@@ -259,16 +258,18 @@ def all_records(space: Workspace) -> list[Record]:
 
 def database_records(space: Workspace) -> list[Record]:
     """Those of all records whose responses are the case's own: not the cheap ones."""
-    records = all_records(space)
-    if space.case.fidelity is None:
-        return records
-    return [r for r in records if belongs(space.case, r.request)]
+    return _in_full(space.case, all_records(space))
 
 
 def cheap_records(space: Workspace) -> list[Record]:
     """Those of all records that are cheap; none where the case has no [fidelity]."""
     cheap = space.case.cheap
     return [] if cheap is None else [r for r in all_records(space) if belongs(cheap, r.request)]
+
+
+def _in_full(case: Case, records: Sequence[Record]) -> list[Record]:
+    """Those of a case's records that are not cheap."""
+    return [r for r in records if case.cheap is None or belongs(case, r.request)]
 
 
 def _is_own(case: Case, request: Request) -> bool:

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibrator.errors import CalibratorError
 from calibrator.responses.box import inside
 from calibrator.responses.dear_process import Alone, DearProcess, Link
 from calibrator.responses.gaussian_process import CHUNK, GaussianProcess, fit_process
@@ -96,9 +97,12 @@ class CoKriged:
         bounds = np.asarray(bounds, float)
         inside(runs.points, bounds[0], bounds[1], runs.parameters)
         known = None if learnt is None else Learnt(learnt.kernels[:, :-3], learnt.kernels[:, -3])
-        below = GaussianProcess.fit(
-            cheap.points, cheap.values, names, bounds, parameters=parameters, learnt=known
-        )
+        try:
+            below = GaussianProcess.fit(
+                cheap.points, cheap.values, names, bounds, parameters=parameters, learnt=known
+            )
+        except CalibratorError as error:
+            raise CalibratorError(f"the cheap runs of [fidelity]: {error}") from None
         dear = tuple(
             _best(runs, i, below) if learnt is None else _known(runs, i, below, learnt.kernels[i])
             for i in range(len(names))

@@ -16,7 +16,7 @@ from calibrator.responses.gaussian_process import GaussianProcess
 from calibrator.responses.interpolant import Interpolant, Learnt, average_replicates
 from calibrator.responses.multilinear import Multilinear
 from calibrator.responses.parted import Part, Parted
-from calibrator.responses.success import require_good
+from calibrator.responses.success import nothing_good, require_good
 from calibrator.responses.table import response_table
 from calibrator.runs.record import Record
 
@@ -166,8 +166,18 @@ def fit(
 
 
 def cheap_runs(case: Case, records: Sequence[Record]) -> CheapRuns | None:
-    """The targets' responses in runs of a case's cheaper version; None where it has none."""
+    """The targets' responses in runs of a case's cheaper version; None where it has none.
+
+    Raises CalibratorError where no cheap run is good.
+    """
     if case.cheap is None:
         return None
     keys = [t.key for t in case.problem.targets]
-    return CheapRuns(*response_table(case.cheap.problem, records, keys))
+    found = CheapRuns(*response_table(case.cheap.problem, records, keys))
+    if not len(found.points):
+        why = nothing_good(case.cheap.problem, records)
+        raise CalibratorError(
+            f"no cheap run is good{f' ({why})' if why else ''}: choose other fidelity.values, or"
+            " remove [fidelity]"
+        )
+    return found

@@ -21,12 +21,7 @@ from calibrator.files import read_arrays, read_bytes
 from calibrator.plan.run import cheap_records, database_records
 from calibrator.runs.record import Record
 from calibrator.runs.workspace import Counts, Workspace, contents
-from calibrator.search.parts import (
-    Candidate,
-    Identifiability,
-    Reachability,
-    Sensitivity,
-)
+from calibrator.search.parts import Candidate, Identifiability, Reachability, Sensitivity
 from calibrator.search.two_kinds import TwoKinds
 
 COMPROMISE = "compromise"
