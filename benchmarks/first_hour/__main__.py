@@ -44,8 +44,10 @@ def follow(name: str, user: User) -> dict[str, Any]:
         "steps": steps,
         "wall_seconds": sum(s["wall_seconds"] for s in steps),
         "core_seconds": sum(s["core_seconds"] for s in steps),
-        "found": calibration["compromise"]["parameters"],
-        "intervals": calibration.get("intervals"),
+        "found": calibration["candidates"]["compromise"]["parameters"],
+        "intervals_95": {
+            p["name"]: p["interval_95"] for p in calibration["identifiability"]["parameters"]
+        },
         "verified": verification["passed"],
         "files": sorted(
             str(p.relative_to(folder))

@@ -78,6 +78,8 @@ def draft(answers: Answers, across: float) -> Draft:
         new = smaller(setup, lab, across, [r.response for r in own])
         for row in own:
             step = carried(setup, row.response, row.value, lab, new)
+            if isinstance(step, Kept) and step.error and _is_near_zero(row):
+                step = Lost("it is near zero, where no tolerance has room for what its vessel does")
             if isinstance(step, Lost):
                 lost[row.key] = step.words
             else:
@@ -96,6 +98,12 @@ def draft(answers: Answers, across: float) -> Draft:
         if r.role != "diagnose" and 2 * steps[r.key].error > USUAL_TOLERANCE * abs(r.value) > 0
     }
     return Draft(vessels, tuple(rows), steps, lost, bounds, fixed, tolerances)
+
+
+def _is_near_zero(row: Observable) -> bool:
+    """Whether its tolerance is two of its standard errors, and nothing else: `Target.scale`."""
+    target = row.target()
+    return target.scale != abs(target.value)
 
 
 def laboratory(answers: Answers, setup: str) -> dict[str, float]:

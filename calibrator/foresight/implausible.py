@@ -30,8 +30,13 @@ DECADES = 100.0
 """Ratio of bounds that a linear scale hardly resolves."""
 LARGEST_OVERLAP = 0.05
 """Of the radius."""
-ANGLES = {n for n in RESPONSES if n.endswith("_deg")} | {"residual_mass", "residual_fraction"}
-"""Responses that tell how steeply grains rest."""
+ANGLES = {
+    *(n for n in RESPONSES if n.endswith("_deg") and not n.startswith("drum_")),
+    *("residual_mass", "residual_fraction"),
+}
+"""Responses that tell how steeply grains rest; in a drum they flow."""
+INSTEAD = {"fill_fraction": "drum_fill_mass"}
+"""What a set-up does not look at where the other one is given."""
 OFF = 5.0
 """Factor between a measured rate and Beverloo's estimate that is hardly a matter of friction."""
 
@@ -250,7 +255,17 @@ def _unused(case: Case, values: dict[str, Values]) -> list[str]:
         if name not in takers and name not in EFFECTS and not PARAMETERS[name].optional
     ]
     for experiment, own in values.items():
-        lengths = [n for n, r in own.items() if r.source == DEFAULT and PARAMETERS[n].of_a_vessel]
+        idle = {n for n, other in INSTEAD.items() if n in own and other in own}
+        lengths = [
+            n
+            for n, r in own.items()
+            if r.source == DEFAULT and PARAMETERS[n].of_a_vessel and n not in idle
+        ]
+        found += [
+            f"{experiment}: {n} changes nothing beside {INSTEAD[n]}; remove one of them"
+            for n in sorted(idle)
+            if own[n].source != DEFAULT
+        ]
         if lengths and experiment in SETUPS:
             given = ", ".join(f"{n} = {own[n]}" for n in lengths)
             found.append(

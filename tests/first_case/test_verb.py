@@ -165,3 +165,28 @@ def test_the_answers_of_the_document_make_a_case(tmp_path):
     text = (DOCUMENT.read_text().split("```toml\n")[1]).split("```")[0]
     begun = init(answers_of(tomllib.loads(text)), tmp_path)
     assert read_case(begun.case).name == "glass_beads"
+
+
+def test_a_number_near_zero_is_left_out_where_the_simulated_vessel_is_another(tmp_path, fake_yade):
+    drum = {
+        "drum_diameter": "45 mm",
+        "drum_depth": "12 mm",
+        "rotation_rpm": "30 rpm",
+        "measured": {
+            "drum_angle_deg": {"value": "38 deg", "scatter": "0.6 deg", "replicates": 1},
+            "drum_lower_angle_deg": {"value": "30 deg", "scatter": "0.6 deg", "replicates": 1},
+            "drum_height_centre": {"value": "-0.009 1", "scatter": "0.008 1", "replicates": 1},
+            "drum_height_lower_03": {"value": "-0.24 1", "scatter": "0.008 1", "replicates": 1},
+        },
+    }
+    table = {
+        "name": "pellets",
+        "shape": "rounded",
+        "grain_diameter": "1.5 mm",
+        "particle_density": "1.5 g/cm3",
+        "budget": 2,
+        "rotating_drum": drum,
+    }
+    begun = init(answers_of(table), tmp_path)
+    assert list(begun.lost) == ["rotating_drum.drum_height_centre"]
+    assert not any("% of the measured value" in doubt for doubt in begun.doubts)

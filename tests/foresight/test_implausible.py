@@ -121,3 +121,26 @@ def test_what_check_found_can_be_read_back(checked, tmp_path):
     found = checked()
     space = Workspace(read_case(tmp_path / "toy.toml"), tmp_path)
     assert space.outcome("check", Checked) == found == check_case(space)
+
+
+DRUM = """[setups.rotating_drum]
+drum_diameter = 45e-3
+drum_depth = 12e-3
+drum_fill_mass = 9e-3
+rotation_rpm = 30
+longest_time = 20
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [("", []), ("fill_fraction = 0.4\n", ["fill_fraction changes nothing beside drum_fill_mass"])],
+)
+def test_a_drum_is_filled_by_mass_or_by_share(checked, more, said):
+    rows = "rotating_drum,drum_angle_deg,38,0.6,3,deg,calibrate\n"
+    head = "setup,response,value,scatter,replicates,unit,role\n"
+    found = checked(("[run]", DRUM + more + "[run]"), lab=head + rows).warnings
+    assert [w for w in found if "fill_fraction" in w] == [
+        f"rotating_drum: {words}; remove one of them" for words in said
+    ]
+    assert not any("every target is an angle" in w for w in found)

@@ -153,9 +153,13 @@ def judged(
 
 
 def confirm(case: Case) -> None:
-    """Make the fresh runs that may take the names of first trials back; resumes."""
+    """Make the fresh runs that may take the names of first trials back, last series first; resumes.
+
+    The verdicts on a laboratory rest on shipped runs alone, so that the order changes none.
+    """
     whole = library(case, Database.read(SHIPPED))
-    for laboratory, _, pool in complete(case):
+    newest_first = sorted(complete(case), key=lambda one: -series_of(one[0].number))
+    for laboratory, _, pool in newest_first:
         if min(map(len, pool)) < DRAWN:
             continue
         reported, measured = trial(case, laboratory, pool, whole, 0)
