@@ -12,7 +12,10 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +24,7 @@ from scipy.stats import binomtest
 from benchmarks.common import rounded, write
 from calibrator.case.case import Case
 from calibrator.case.lab import Observable
+from calibrator.case.toml import read_case
 from calibrator.diagnosis import experiments as ex
 from calibrator.diagnosis.explanations import Measured
 from calibrator.diagnosis.interval import interval
@@ -30,6 +34,7 @@ from calibrator.runs.database import Database
 from tests.campaigns.foreign import allowance, fresh
 from tests.campaigns.foreign.laboratories import is_complete, read, values_of
 from tests.campaigns.foreign.truths import (
+    CASE,
     DRAWN,
     IN_A_SERIES,
     IN_LIBRARY,
@@ -46,43 +51,70 @@ from tests.campaigns.hidden.trials import Judged, disjoint, library, reports
 
 TRIALS = 10
 FIRST_SEED = 60_000  # of the errors
-# in the folder of a series: what was said of it by the rules that had not seen it
+# in the folder of a series: what was said of it by the rules that had not seen it, and its truths
 JUDGED = "judged.json"
 SETTINGS = ("as it is", "with an allowance for the engine")
 FRESH = "as it is, after fresh runs"  # of YADE, which can take a name back; first trials only
 EVERY = (*SETTINGS, FRESH)
 
 
-def main(case: Case) -> None:
-    """Judge what is complete and write the results."""
-    found = ex.experiments(case, case.observables)
-    whole, results = library(case, Database.read(SHIPPED)), []
-    for laboratory, sealed, pool in complete(case):
-        result: dict[str, Any] = {**vars(laboratory), "sealed": sealed}
-        result["complete_runs"] = {e.name: len(v) for e, v in zip(found, pool, strict=True)}
-        if min(map(len, pool)) >= DRAWN:
-            result |= judged(case, laboratory, pool, whole)
-        results.append(result)
-        said = {name: result[name]["first"] for name in EVERY if name in result}
-        print(laboratory.number, laboratory.kind, f"{laboratory.size:.2f}", said, file=sys.stderr)
-    if not results:
+def main(jobs: int) -> None:
+    """Judge what is complete of the last series, in so many processes, and write the results.
+
+    Earlier series are known to the rules: what these say of them is in thresholds.json.
+    """
+    case = read_case(CASE)
+    there = list(complete(case))
+    last = max((series_of(one.number) for one, *_ in there), default=0)
+    numbers = [one.number for one, *_ in there if series_of(one.number) == last]
+    if not numbers:
         sys.exit("no laboratory is complete: see the commands at the top of __main__.py")
-    series = {}
-    for result in results:
-        series.setdefault(series_of(result["number"]), []).append(result)
+    with ProcessPoolExecutor(jobs, get_context("spawn"), _begin) as pool:
+        results = []
+        for result in pool.map(_result, numbers):
+            results.append(result)
+            said = {name: result[name]["first"] for name in EVERY if name in result}
+            print(result["number"], result["kind"], f"{result['size']:.2f}", said, file=sys.stderr)
     figures = {
-        **said_of(series[max(series)]),
-        "series": max(series),
-        "earlier_series": {str(n): said_of(own) for n, own in series.items() if n < max(series)},
+        **said_of(results),
+        "series": last,
         "first_judged": {
-            p.parent.name: json.loads(read_text(p)) for p in SERIES.glob(f"*/{JUDGED}")
+            p.parent.name: _without_laboratories(p) for p in SERIES.glob(f"*/{JUDGED}")
         },
         "trials_of_each": TRIALS,
         "engine_standard_errors": {n: rounded(v) for n, v in allowance.standard_errors().items()},
-        "smallest_nameable": nameable(case, whole),
+        "smallest_nameable": nameable(case, library(case, Database.read(SHIPPED))),
         "by_laboratory": results,
     }
     write("foreign", json.loads(json.dumps(figures).replace("NaN", "null")))
+
+
+def _without_laboratories(path: Path) -> dict[str, Any]:
+    """What was said of a series as a whole."""
+    kept: dict[str, Any] = json.loads(read_text(path))
+    kept.pop("by_laboratory")
+    return kept
+
+
+_shared: dict[str, Any] = {}  # of a process: it reads case, library and laboratories once
+
+
+def _begin() -> None:
+    """Make a process ready to judge."""
+    case = read_case(CASE)
+    there = {one.number: (one, sealed, pool) for one, sealed, pool in complete(case)}
+    _shared.update(case=case, whole=library(case, Database.read(SHIPPED)), there=there)
+
+
+def _result(number: int) -> dict[str, Any]:
+    """What is said of the laboratory of that number."""
+    case, (laboratory, sealed, pool) = _shared["case"], _shared["there"][number]
+    found = ex.experiments(case, case.observables)
+    result: dict[str, Any] = {**vars(laboratory), "sealed": sealed}
+    result["complete_runs"] = {e.name: len(v) for e, v in zip(found, pool, strict=True)}
+    if min(map(len, pool)) >= DRAWN:
+        result |= judged(case, laboratory, pool, _shared["whole"])
+    return result
 
 
 def complete(case: Case) -> Iterator[tuple[Laboratory, str, list[np.ndarray]]]:
