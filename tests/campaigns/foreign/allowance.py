@@ -8,6 +8,7 @@ not compared there get none, but for the emptying time, which goes with the inve
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -19,6 +20,7 @@ SAME = {"emptying_time": "mass_flow_rate"}
 YADE, OTHER = "4", "LIGGGHTS"  # labels of rolling_stiffness.samples
 
 
+@cache  # hundreds of files are read for it
 def standard_errors() -> dict[str, float]:
     """Engine-to-engine standard error by setup.response: a share of the value, or degrees."""
     found = {}
