@@ -8,6 +8,7 @@ from PIL import Image
 from docs.make_gallery import LARGEST, PAGES, PART, PICTURE, renewed, yard
 from tests.docs.blocks import REPO
 
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 EXAMPLES = sorted(path for path in PAGES.glob("*.md") if path.name != "index.md")
 
 
@@ -40,6 +41,10 @@ def test_every_example_is_on_the_list_and_every_picture_on_a_page():
     "name", ["one_test.md", pytest.param("photograph.md", marks=pytest.mark.yade)]
 )
 def test_an_example_made_anew_says_what_its_page_shows(name):
+    """But for the last digits of its numbers, which no two processors share."""
     page = (PAGES / name).read_text()
     with yard():
-        assert renewed(page) == page, "call python -m docs.make_gallery"
+        anew = renewed(page)
+    assert NUMBER.sub("#", anew) == NUMBER.sub("#", page), "call python -m docs.make_gallery"
+    ours, theirs = ([float(n) for n in NUMBER.findall(text)] for text in (anew, page))
+    assert ours == pytest.approx(theirs, rel=0.01, abs=0.05), "call python -m docs.make_gallery"
