@@ -21,6 +21,8 @@ from calibrator.errors import CalibratorError, Mistakes, shown
 WIDEST_LOG_SCALE = 1e12
 USUAL_TOLERANCE = 0.03  # relative error at which a target counts as met unless the case says so
 UNMENTIONED = {"unmentioned": True}  # of a field: at its default it is not written (see `codec`)
+# numpy's own differs in the last digit between processors, and planned runs with it
+_power = np.vectorize(math.pow, otypes=[float])
 NEAR_ZERO = 10.0  # standard errors: a measured value closer to zero than that is near it
 
 
@@ -84,7 +86,8 @@ class Parameter:
         [1000000.0, 10000000.0, 100000000.0]
         """
         if self.scale == "log":
-            return np.clip(self.low * (self.high / self.low) ** shares, self.low, self.high)
+            values = self.low * _power(self.high / self.low, shares)
+            return np.asarray(np.clip(values, self.low, self.high))
         return self.low + shares * (self.high - self.low)
 
     def shares_of(self, values: np.ndarray) -> np.ndarray:

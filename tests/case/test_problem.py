@@ -1,5 +1,8 @@
 """Values that a parameter or a bound cannot have."""
 
+import math
+
+import numpy as np
 import pytest
 
 from calibrator.case.problem import Parameter
@@ -21,3 +24,11 @@ def test_a_number_too_large_for_a_float_is_refused_with_a_message_that_can_be_sh
 def test_an_impossible_scale_is_refused(wrong, words):
     with pytest.raises(CalibratorError, match=words):
         Parameter(**{"name": "rolling_friction", "low": 0.1, "high": 0.5, **wrong})
+
+
+def test_a_log_scale_has_the_same_digits_on_every_processor():
+    """A planned run is known by them; numpy's own power differs between processors."""
+    modulus = Parameter("young_modulus", 5e6, 5e7, scale="log")
+    shares = np.linspace(0, 1, 1001)
+    expected = [min(max(5e6 * math.pow(5e7 / 5e6, s), 5e6), 5e7) for s in shares.tolist()]
+    assert modulus.values_at(shares).tolist() == expected
