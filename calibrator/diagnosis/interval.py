@@ -14,6 +14,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from calibrator.diagnosis.explanations import Effect, Explanation, Measured, explain
+from calibrator.diagnosis.left_out import astray
 from calibrator.diagnosis.surfaces import Surfaces
 
 RISE = float(stats.chi2.ppf(0.95, 1))  # of the deviance at the ends of a 95 % interval
@@ -31,8 +32,9 @@ def interval(
 ) -> tuple[float, float]:
     """Ends of the 95 % interval of a fitted value, those of its range where that comes first.
 
-    They allow for what the surfaces are known to miss. Where an effect bends between the few sizes
-    at which it was run, a size can be off by more.
+    The deviance rises by more than chi-square asks for by as much as fits to sets left out of the
+    surfaces go further astray than they state. Where an effect bends between the few sizes at which
+    it was run, a size can be off by more.
 
     measured : the observables at kept, those that best was fitted to; index : of the value among
     the parameters (as shares of their ranges) and, after them, the added amplitudes (in plausible
@@ -43,18 +45,36 @@ def interval(
     everything = np.concatenate([best.unit, best.amplitude[list(added)]])
     at = float(everything[index])
     ends = (0.0, 1.0) if index < d else effects[added[index - d]].bounds
-    error = float(np.sqrt(best.spread[index, index]))
     width = ends[1] - ends[0]
-    error = min(max(error, 1e-3 * width), width) if np.isfinite(error) else width
+    stated = min(max(float(best.spread[index, index]), (1e-3 * width) ** 2), width**2)
+    enough = float(rises(surfaces, measured, added, best, kept)[index])
+    error = float(np.sqrt(stated * enough / RISE))
 
     def rise(value: float) -> float:
         if value == at:  # the best fit itself, which a search from elsewhere need not find again
-            return -RISE
+            return -enough
         pinned = (index, value)
         fit = explain(surfaces, measured, effects, added, kept, pinned=pinned, near=everything)
-        return fit.deviance - best.deviance - RISE
+        return fit.deviance - best.deviance - enough
 
     return _end(rise, at, error, -1, ends[0]), _end(rise, at, error, 1, ends[1])
+
+
+def rises(
+    surfaces: Surfaces,
+    measured: Measured,
+    added: Sequence[int],
+    best: Explanation,
+    kept: np.ndarray,
+) -> np.ndarray:
+    """By how much (d + a,) the deviance rises from the best fit to the ends of a 95 % interval.
+
+    By what chi-square says, times the variance that fits to sets left out of the surfaces have
+    (left_out.py), over that which the fit states.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        more = astray(surfaces, measured, added, kept) / np.diag(best.spread)
+    return np.asarray(RISE * (1 + np.where(np.isfinite(more), more, 0.0)))
 
 
 def _end(rise: Callable[[float], float], at: float, error: float, sign: int, last: float) -> float:

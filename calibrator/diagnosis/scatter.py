@@ -17,6 +17,7 @@ MEANS = np.geomspace(0.01, 3, 40)
 # spread of the slopes of the log variance, per half range: over a range of one parameter, the
 # variance then changes by a factor of four
 STEEPNESS = 0.7
+LEAST_FREE = 1e-6  # of a set's own weight in its residual: one with less says nothing of the others
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +56,48 @@ class Replicates:
         """Pooled variance (n,) within sets; nan without replicates."""
         total = self.squares.sum(axis=0)
         return np.asarray(total / self.degrees if self.degrees else np.full_like(total, np.nan))
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """Sets of runs, each as the surfaces without it see it.
+
+    Attributes
+    ----------
+    units, amplitudes : (s, d) and (s, k) of the sets.
+    residual : (s, n) means of their runs less what the surfaces without them say.
+    counts : (s,) runs of each.
+    leverage : (s,) variances of these surfaces at the sets, over that of one run.
+    """
+
+    units: np.ndarray
+    amplitudes: np.ndarray
+    residual: np.ndarray
+    counts: np.ndarray
+    leverage: np.ndarray
+
+    @classmethod
+    def of(
+        cls, left: np.ndarray, replicates: Replicates, rows: np.ndarray, inverse: np.ndarray, d: int
+    ) -> LeftOut:
+        """From residuals (m, n) of runs, the regressors (s, p) of their sets and (X'X + ridge)^-1.
+
+        A set is taken out of a fit in closed form (Cook and Weisberg, Residuals and Influence in
+        Regression, 1982, section 2.2). One that alone determines a term is left in.
+        """
+        index, counts = replicates.index, replicates.counts
+        means = np.array([left[index == i].mean(axis=0) for i in range(len(counts))])
+        share = np.einsum("ij,jk,ik->i", rows, inverse, rows)
+        free = 1 - counts * share
+        good = free > LEAST_FREE
+        sets = replicates.sets[good]
+        return cls(
+            sets[:, :d],
+            sets[:, d:],
+            means[good] / free[good, None],
+            counts[good],
+            share[good] / free[good],
+        )
 
 
 def noise_and_misfit(

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from scipy import linalg
 
-from calibrator.diagnosis.scatter import Growth, Replicates, noise_and_misfit
+from calibrator.diagnosis.scatter import Growth, LeftOut, Replicates, noise_and_misfit
 from calibrator.errors import CalibratorError
 
 # of an effect's size: what its square and its products with parameters plausibly amount to
@@ -34,11 +34,17 @@ def terms(units: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """
     x = 2 * np.atleast_2d(units) - 1
     a = np.atleast_2d(amplitudes)
-    i, j = np.tril_indices(x.shape[1])
+    i, j = _pairs(x.shape[1])
     products = np.concatenate(
         [a[:, :, None], a[:, :, None] ** 2, a[:, :, None] * x[:, None, :]], axis=2
     )
     return np.hstack([np.ones((len(x), 1)), x, x[:, i] * x[:, j], products.reshape(len(x), -1)])
+
+
+@cache
+def _pairs(parameters: int) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the parameters in each quadratic term."""
+    return np.tril_indices(parameters)
 
 
 def plain_terms(parameters: int) -> int:
@@ -78,6 +84,7 @@ class Surface:
     misfit : variance (n,) by which the surfaces miss the mean of a set, from sets with replicates.
     degrees : of freedom of the noise.
     growth : of the noise over the box.
+    left_out : its sets as the surfaces without them see them.
     """
 
     coefficients: np.ndarray
@@ -86,6 +93,7 @@ class Surface:
     misfit: np.ndarray
     degrees: int
     growth: Growth
+    left_out: LeftOut
 
     @classmethod
     def fit(
@@ -119,8 +127,11 @@ class Surface:
         left = values - design @ coefficients
         replicates = Replicates.of(np.column_stack([units, amplitudes]), values)
         noise, misfit = noise_and_misfit(left, spare, replicates)
-        growth = Growth.of(replicates.sets[:, : units.shape[1]], replicates)
-        return cls(coefficients, inverse, noise, misfit, spare, growth)
+        d, sets = units.shape[1], replicates.sets
+        growth = Growth.of(sets[:, :d], replicates)
+        rows = terms(sets[:, :d], sets[:, d:])
+        left_out = LeftOut.of(left, replicates, rows, inverse, d)
+        return cls(coefficients, inverse, noise, misfit, spare, growth, left_out)
 
 
 def _penalty(design: np.ndarray, values: np.ndarray, d: int, k: int) -> np.ndarray:
@@ -174,8 +185,8 @@ class Surfaces:
     residual. effect_scatters (k, n of the experiment) : variances by which runs with each effect
     scatter more, at its plausible size. wider (2, d) : ends beyond the box up to which the surfaces
     may be asked where the box itself is in question, as shares of the parameters' ranges. shift
-    (n,), known (n, n) : what fresh runs at one place add to the surfaces about it, and the
-    covariance of their errors then; None without such runs.
+    (n,), known (n, n), remains (n, n) : what fresh runs at one place add to the surfaces about it,
+    the covariance of their errors then, and how much of an error remains; None without such runs.
     """
 
     plain: tuple[Surface, ...]
@@ -184,6 +195,7 @@ class Surfaces:
     wider: np.ndarray
     shift: np.ndarray | None = None
     known: np.ndarray | None = None
+    remains: np.ndarray | None = None
 
     @property
     def dimensions(self) -> int:
@@ -225,8 +237,9 @@ class Surfaces:
         own = self.error(unit, amplitude)
         gain = np.linalg.solve(own + error, own).T
         shift = gain @ (fresh - self.mean(unit, amplitude)[0])
-        left = own - gain @ own
-        return replace(self, shift=shift, known=(left + left.T) / 2)
+        remains = np.eye(len(own)) - gain
+        left = remains @ own
+        return replace(self, shift=shift, known=(left + left.T) / 2, remains=remains)
 
     def extra_scatter(self, amplitude: np.ndarray) -> np.ndarray:
         """Variances (n,) that single runs with effects of amplitudes (k,) have beyond the noise."""
@@ -254,7 +267,7 @@ class Surfaces:
         """
         sizes, first = np.atleast_2d(amplitudes), plain_terms(self.dimensions)
         lacks = len(self.effect_scatters[0]) - sizes.shape[1]
-        step = terms(units, np.pad(sizes, ((0, 0), (0, lacks))))
+        step = terms(units, np.hstack([sizes, np.zeros((len(sizes), lacks))]))
         without = np.zeros_like(step)
         without[:, :first] = step[:, :first]
         step[:, :first] = 0.0
