@@ -20,6 +20,7 @@ def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -
     """Predicted core-seconds (n,) of each request.
 
     What finished runs took corrects them, by the median of its ratio to the prediction, per set-up.
+    A set-up that has none yet is corrected by those that have: the core is as slow for it.
     """
     ratios: dict[str, list[float]] = {}
     for record in finished:
@@ -27,7 +28,8 @@ def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -
         if record.status == "ok" and spent > 0:
             ratios.setdefault(record.request.setup, []).append(spent / _predicted(record.request))
     correction = {setup: float(np.median(values)) for setup, values in ratios.items()}
-    return np.array([_predicted(r) * correction.get(r.setup, 1.0) for r in requests])
+    others = float(np.median(list(correction.values()))) if correction else 1.0
+    return np.array([_predicted(r) * correction.get(r.setup, others) for r in requests])
 
 
 def core_hours(record: Record) -> float:

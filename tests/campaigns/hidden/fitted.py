@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.common import write
+from benchmarks.common import rounded, write
 from calibrator.case.case import Case
 from calibrator.case.toml import read_case
 from calibrator.diagnosis import experiments as ex
@@ -48,7 +48,7 @@ def main() -> None:
     earlier = [r for r in rows if r["laboratory"] < matrix.FIRST]
     write(
         "fitted_intervals",
-        {"last_test": counts(last), "earlier": counts(earlier), "by_laboratory": rows},
+        {"last_test": counts(last), "earlier": counts(earlier), "by_laboratory": together(rows)},
     )
 
 
@@ -120,6 +120,24 @@ def counts(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
             hits = [r[end] for r in own]
             found[name][end] = {"held": sum(hits), "interval_by_laboratory": interval(hits, where)}
     return found
+
+
+def together(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The trials of a value of a laboratory in one row: best values, rises, how many are held."""
+    groups: dict[tuple[int, str, float], list[dict[str, Any]]] = {}
+    for r in rows:
+        groups.setdefault((r["laboratory"], r["value"], r["truth"]), []).append(r)
+    return [
+        {
+            "laboratory": laboratory,
+            "value": value,
+            "truth": rounded(truth),
+            "best": [rounded(r["best"]) for r in own],
+            "risen": [rounded(r["risen"]) for r in own],
+            **{end: sum(r[end] for r in own) for end in ENDS},
+        }
+        for (laboratory, value, truth), own in groups.items()
+    ]
 
 
 if __name__ == "__main__":
