@@ -1,8 +1,8 @@
 """How far fits go astray of sets that the surfaces have not seen, beyond what their errors say.
 
-The surfaces take what they miss of one observable to be apart from what they miss of another. It is
-not: where a quadratic bends too little, all angles of all heaps are off to the same side, as if the
-friction were another. A fit follows that side without a worse chi2. Each set left out of the
+The surfaces take what they miss of one observable to be apart from what they miss of another. Where
+a quadratic bends too little, the angles of several heaps can be off to the same side, as if the
+friction were another, and a fit follows that side without a worse chi2. Each set left out of the
 surfaces in turn is a laboratory of which the truth is known (Stone, J. R. Stat. Soc. B 36 (1974)
 111-147).
 """
@@ -100,7 +100,7 @@ def _places(
 
 def _varied(own: LeftOut) -> np.ndarray:
     """Which parameters (d,) an experiment has: one that it has not stands still in all its sets."""
-    return np.asarray(np.ptp(own.units, axis=0) > 0)
+    return np.asarray((own.units != own.units[:1]).any(axis=0))
 
 
 def _part(

@@ -83,7 +83,8 @@ class LeftOut:
         """From residuals (m, n) of runs, the regressors (s, p) of their sets and (X'X + ridge)^-1.
 
         A set is taken out of a fit in closed form (Cook and Weisberg, Residuals and Influence in
-        Regression, 1982, section 2.2). One that alone determines a term is left in.
+        Regression, 1982, section 2.2). One that alone determines a term is no set
+        here: without it there are no surfaces.
         """
         index, counts = replicates.index, replicates.counts
         means = np.array([left[index == i].mean(axis=0) for i in range(len(counts))])

@@ -90,6 +90,20 @@ def test_a_set_that_an_experiment_did_not_run_is_judged_by_the_others():
     assert (astray(none, measured, (0,), ALL) == 0).all()
 
 
+def test_an_experiment_whose_every_set_is_needed_says_nothing():
+    """Six sets with three runs each just make a surface of two parameters."""
+    units = np.repeat(np.random.default_rng(4).random((6, 2)), 3, axis=0)
+    values = np.random.default_rng(5).normal(size=(18, 6))
+    needed = Surface.fit(units, np.zeros((18, len(EFFECTS))), values)
+    assert len(needed.left_out.units) == 0
+    world, surfaces = Shifted(3), Shifted(3).surfaces(np.random.default_rng(1))
+    measured = world.measure(surfaces, np.random.default_rng(2))
+    found = replace(surfaces, plain=(needed, *surfaces.plain[1:]))
+    assert np.isfinite(astray(found, measured, (), ALL)).all()
+    alone = replace(found, plain=tuple(replace(p, left_out=needed.left_out) for p in found.plain))
+    assert (astray(alone, measured, (), ALL) == 0).all()
+
+
 def test_surfaces_that_fresh_runs_have_corrected_miss_less_about_their_place():
     for unit, measured, _, surfaces in laboratories(Shifted(3), 1):
         at = unit, np.zeros(len(EFFECTS))
