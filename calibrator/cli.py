@@ -142,15 +142,22 @@ def _init(options: argparse.Namespace) -> int:
         table = ask_all(input, say)
     else:
         table = with_options(read_answers(options.answers) if options.answers else {}, options.set)
-    begun = init(
-        answers_of(table, options.answers.parent if options.answers else Path()), options.out
-    )
+    answers = answers_of(table, options.answers.parent if options.answers else Path())
+    begun = init(answers, options.out, _timed)
     if options.json:
         say_json(begun)
     else:
         say("init: " + "\n".join(begun.lines()))
         say(f"next: {shlex.join(['calibrator', 'check', begun.case])}")
     return 0
+
+
+def _timed() -> float | None:
+    """How fast this machine is; None where no run can be made here."""
+    from calibrator.runs.speed import measured_rate
+
+    print("init: timing a short run of YADE, to know what runs cost here", file=sys.stderr)
+    return measured_rate()
 
 
 def _say(options: argparse.Namespace, outcome: Any) -> None:

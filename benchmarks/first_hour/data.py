@@ -1,6 +1,6 @@
 """Makes the users' raw data: logs of a scale, photographs of heaps, and a picture of a drum.
 
-    python -m benchmarks.first_hour.data    half an hour of a core; resumes
+    python -m benchmarks.first_hour.data    an hour and a half of a slow core; resumes
 
 Three runs of an hourglass and three of a heap at the frictions of TRUTH. The runs' mass-time curves
 become the log of a scale that reads in grams fifty times a second, with noise and decimal commas;
@@ -28,7 +28,7 @@ TRUTH = {"rolling_friction": 0.4, "sliding_friction": 0.6, "restitution": 0.7}
 GRAINS = {
     "particle_radius": 2.5e-3,
     "particle_density": 4200.0,
-    "young_modulus": 2e7,
+    "young_modulus": 5e6,
     "size_spread": 0.115,
 }
 VESSELS = {
@@ -95,7 +95,7 @@ def main() -> None:
         for i in range(REPEATS)
     ]
     requests.append(Request.of("rotating_drum", **PELLETS, seed=FIRST_SEED))
-    records = run(FOLDER, requests, jobs=1, report=ProgressBar(sys.stderr, "raw data"))
+    records = run(FOLDER, requests, report=ProgressBar(sys.stderr, "raw data"))
     for i, record in enumerate(records):
         number = i % REPEATS + 1
         if record.status != "ok":

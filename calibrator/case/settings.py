@@ -148,6 +148,10 @@ class Validation(Replicates):
     spread_replicates: int = 0
 
 
+PARTICLE_STEPS_PER_SECOND = 2.1e6
+"""Of a core with a thousand grains, until runs say better: that of one machine."""
+
+
 @dataclass(frozen=True)
 class Running:
     """How runs are carried out.
@@ -156,7 +160,8 @@ class Running:
     times its predicted CPU time; budget_core_hours [h] : what one command may spend, asked before
     each batch of runs; shipped : a database to start from; yade : the build of YADE, as a name on
     the PATH or an absolute path, whose own yade-batch is called as it with "-batch" behind. A case
-    may come from anybody: what it names must be called yade-something.
+    may come from anybody: what it names must be called yade-something. particle_steps_per_second :
+    of a core with a thousand grains, what a forecast starts from.
     """
 
     jobs: int = 0
@@ -164,6 +169,7 @@ class Running:
     budget_core_hours: float = 24.0
     shipped: str = ""
     yade: str = ""
+    particle_steps_per_second: float = PARTICLE_STEPS_PER_SECOND
 
     def __post_init__(self) -> None:
         _matches(
@@ -173,7 +179,12 @@ class Running:
             "a name such as yadedaily, or an absolute path such as /opt/yade/bin/yade-trunk",
         )
         require_within(
-            "run", self, jobs=(0, 10_000), attempts=(1, 100), budget_core_hours=(0, 1e12)
+            "run",
+            self,
+            jobs=(0, 10_000),
+            attempts=(1, 100),
+            budget_core_hours=(0, 1e12),
+            particle_steps_per_second=(1e3, 1e9),
         )
 
 

@@ -25,6 +25,7 @@ from calibrator.first_case.quantities import (
     budget_of,
     plain_word,
     positive,
+    rate_of,
     repeats_of,
     restitution_of,
     sizes_of,
@@ -43,6 +44,7 @@ KEYS = {
     "restitution": "normal coefficient of restitution, where it is known",
     "budget": "core-hours for everything, such as 2",
     "lab": "lab file that `calibrator measure` has written",
+    "particle_steps_per_second": "of a core with a thousand grains; measured here otherwise",
 }
 """The answers beside those of a set-up, and what each is."""
 
@@ -75,6 +77,7 @@ class Answers:
     name, about, shape : as in KEYS.
     grain : mean diameter [m]; spread : coefficient of variation of the diameter.
     particle_density [kg/m3]; restitution : None where it is not known; budget : core-hours.
+    rate : particle-steps a second and core; None where nobody has measured it.
     vessels : geometry of each set-up that measured something, by name, the laboratory's own.
     rows : what was measured.
     converted : units, in words; assumed : what nobody said, in words.
@@ -88,6 +91,7 @@ class Answers:
     particle_density: float
     restitution: float | None
     budget: float
+    rate: float | None
     vessels: dict[str, dict[str, float]]
     rows: tuple[Observable, ...]
     converted: tuple[str, ...]
@@ -143,11 +147,11 @@ def answers_of(table: Mapping[str, Any], folder: Path = Path()) -> Answers:
         ),
         "restitution": lambda: restitution_of(reader, table.get("restitution")),
         "budget": lambda: budget_of(table.get("budget", BUDGET)),
+        "rate": lambda: rate_of(table.get("particle_steps_per_second")),
     }
     for key, read in readers.items():
-        if key in REQUIRED and not str(table.get(key, "")).strip():
-            continue
-        if key == "grain" and not str(table.get("grain_diameter", "")).strip():
+        asked = "grain_diameter" if key == "grain" else key
+        if asked in REQUIRED and not str(table.get(asked, "")).strip():
             continue
         with reader.mistakes.noted():
             found[key] = read()

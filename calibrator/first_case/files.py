@@ -10,9 +10,9 @@ from calibrator.case.lab import COLUMNS, Observable
 from calibrator.case.problem import USUAL_TOLERANCE
 from calibrator.case.vocabulary import RESPONSES, SETUPS
 from calibrator.first_case.answers import EVEN_SPREAD, Answers
-from calibrator.first_case.grains import SHAPES, open_parameters, stiffness
+from calibrator.first_case.grains import SHAPES, SOFTNESS, open_parameters, stiffness
 from calibrator.first_case.sizing import Design
-from calibrator.first_case.vessels import Kept, Lost, carried, smaller
+from calibrator.first_case.vessels import Kept, Lost, carried, smaller, softened
 from calibrator.runs.request import Request
 from calibrator.runs.setups import NOMINAL_FRACTION, SETUP_ENTRIES, numbers
 
@@ -48,6 +48,7 @@ class Draft:
     rows : of the lab file, as the simulated vessels would show them; steps : what became of each on
         the way from the laboratory's vessel, by its key; lost : why others say nothing there.
     bounds, fixed : of the parameters; tolerances : of targets whose step is less sure than theirs.
+    softness : pressure at the bottom over the largest Young's modulus.
     """
 
     vessels: dict[str, dict[str, float]]
@@ -57,6 +58,7 @@ class Draft:
     bounds: dict[str, tuple[float, float]]
     fixed: dict[str, float]
     tolerances: dict[str, float]
+    softness: float
 
     @property
     def targets(self) -> list[Observable]:
@@ -69,8 +71,11 @@ class Draft:
         return len({r.setup for r in self.targets})
 
 
-def draft(answers: Answers, across: float) -> Draft:
-    """The case of these answers in vessels of at most so many grain diameters across."""
+def draft(answers: Answers, across: float, softness: float = SOFTNESS[0]) -> Draft:
+    """The case of these answers in vessels of at most so many grain diameters across.
+
+    softness : of the grains, one of SOFTNESS.
+    """
     vessels, rows, lost = {}, list[Observable](), dict[str, str]()
     steps = dict[str, Kept]()
     for setup in answers.vessels:
@@ -91,13 +96,17 @@ def draft(answers: Answers, across: float) -> Draft:
     targets = [r.response for r in rows if r.role == "calibrate"]
     density = answers.particle_density
     highest = max((_height(v) for v in vessels.values()), default=0.0)
-    bounds, fixed = open_parameters(answers.shape, targets, density, stiffness(density, highest))
+    young = [stiffness(density, highest, s) for s in (SOFTNESS[-1], softness)]
+    bounds, fixed = open_parameters(answers.shape, targets, density, *young)
+    if "young_modulus" in fixed:
+        steps = {r.key: softened(r.response, steps[r.key], softness) for r in rows}
+        rows = [replace(r, value=steps[r.key].value) for r in rows]
     tolerances = {
         r.key: math.ceil(100 * 2 * steps[r.key].error / abs(r.value)) / 100
         for r in rows
         if r.role != "diagnose" and 2 * steps[r.key].error > USUAL_TOLERANCE * abs(r.value) > 0
     }
-    return Draft(vessels, tuple(rows), steps, lost, bounds, fixed, tolerances)
+    return Draft(vessels, tuple(rows), steps, lost, bounds, fixed, tolerances, softness)
 
 
 def _is_near_zero(row: Observable) -> bool:
@@ -194,6 +203,8 @@ def case_text(answers: Answers, own: Draft, design: Design) -> str:
         "[run]",
         f"budget_core_hours = {answers.budget:g}  # of one command",
     ]
+    if answers.rate:
+        lines.append(f"particle_steps_per_second = {answers.rate:.2g}  # with a thousand grains")
     return "\n".join(lines) + "\n"
 
 
@@ -221,7 +232,8 @@ def _fixed(answers: Answers, own: Draft) -> list[str]:
         lines.append(f"size_spread = {min(answers.spread, 0.4):.3g}  # of the sieve fraction")
     for name, value in own.fixed.items():
         why = {
-            "young_modulus": "  # soft enough to be cheap: grains overlap by some 0.2 %",
+            "young_modulus": "  # soft enough to be cheap: grains overlap by some"
+            f" {100 * own.softness ** (2 / 3):.1g} %",
             "particle_density": "",
         }.get(name, f"  # typical of {answers.shape} grains; the data do not say")
         lines.append(f"{name} = {value:g}{why}")

@@ -43,38 +43,39 @@ SHOW_SLIDING = {"bulk_density", "mass_flow_rate", "emptying_time", "drum_upper_a
 not among them (docs/own_measurement.md, which response shows which friction). A drum's shape is
 taken to be: those who measured one fitted both frictions to it (docs/init.md).
 """
-SOFTNESS = 1e-4
-"""Pressure at the bottom over Young's modulus. Grains then overlap by 0.2 % at the bottom, the
-two thirds power of it after Hertz, and a bed is denser by about as much: with 3e-4 instead of 7e-5
-it was 0.4 to 0.6 % denser (`benchmarks/results/hourglass_scale.json`, reduced and stiff).
+SOFTNESS = (1e-4, 3e-4, 1e-3)
+"""Pressure at the bottom over Young's modulus: what is taken, and what is where that is too dear.
+
+Grains overlap by the two thirds power of it at the bottom, after Hertz: 0.2, 0.4 and 1 %. What that
+does to responses was measured (calibrator/first_case/vessels.py). The last one is the lower bound
+where Young's modulus is searched.
 """
-SOFTEST = 10.0
-"""Times that, for the lower bound where Young's modulus is searched: a bed 1 % too dense."""
 WIDTH_OF_DENSITY = 0.12
 """Share by which the effective density of grains that are no spheres may differ from the solid's:
 their bulk density is that of other packings than spheres have.
 """
 
 
-def stiffness(density: float, height: float) -> float:
+def stiffness(density: float, height: float, softness: float = SOFTNESS[0]) -> float:
     """Young's modulus [Pa] of grains of a density [kg/m3] in a fill of a height [m], two digits.
 
     >>> stiffness(2650.0, 0.05)
     7400000.0
     """
     pressure = NOMINAL_FRACTION * density * GRAVITY * height
-    return float(f"{max(pressure / SOFTNESS, 1e5):.1e}")
+    return float(f"{max(pressure / softness, 1e5):.1e}")
 
 
 def open_parameters(
-    shape: str, targets: Sequence[str], density: float, young: float
+    shape: str, targets: Sequence[str], density: float, softest: float, young: float
 ) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
     """Bounds of the parameters to calibrate, and values of those that are fixed.
 
     No more are open than there are independent targets; targets : responses that are calibrated on.
     Rolling friction comes first, which every angle and rate shows; then sliding friction, where a
     rate or a density is there to show it; then an effective density, where grains that are no
-    spheres have a bulk density to meet; then Young's modulus, which that density limits from below.
+    spheres have a bulk density to meet; then Young's modulus, which that density limits from below,
+    from the softest usable to the one that is taken otherwise [Pa].
     """
     own = SHAPES[shape]
     frictions = {"rolling_friction": own.rolling, "sliding_friction": own.sliding}
@@ -85,7 +86,8 @@ def open_parameters(
         width = WIDTH_OF_DENSITY * density
         if shape != "spheres":
             wanted["particle_density"] = (round(density - width), round(density + width))
-        wanted["young_modulus"] = (young / SOFTEST, young)
+        if young > 2 * softest:
+            wanted["young_modulus"] = (softest, young)
     bounds = dict(list(wanted.items())[: max(len(set(targets)), 1)])
     known = dict(zip(frictions, own.typical, strict=True))
     known |= {"particle_density": density, "young_modulus": young}

@@ -101,6 +101,16 @@ def budget_of(value: Any) -> float:
     return found
 
 
+def rate_of(value: Any) -> float | None:
+    """Particle-steps a second and core; None where none is given."""
+    if value in (None, ""):
+        return None
+    found = plain_number(value, "particle_steps_per_second")
+    if not 1e3 <= found <= 1e9:
+        raise CalibratorError(f"particle_steps_per_second = {found:g}: give 1e3 to 1e9")
+    return found
+
+
 def plain_number(value: Any, what: str) -> float:
     """A number without a unit."""
     try:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from calibrator.case.case import Case
 from calibrator.errors import CalibratorError
+from calibrator.first_case.grains import SOFTNESS
 from calibrator.plan.requests import make_request, plan_requests
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.setups import particles
@@ -35,19 +36,21 @@ class Design:
 class Sized:
     """A case that fits a budget: across : grain diameters that its vessels have at most.
 
+    softness : pressure at the bottom over Young's modulus, one of grains.SOFTNESS.
     hours : core-hours of everything, predicted; runs : of the plan, at most.
     """
 
     case: Case
     across: float
+    softness: float
     hours: float
     runs: int
 
 
-Build = Callable[[float, str, bool], Case]
-"""The case at a number of grain diameters across, with a kind of design.
+Build = Callable[[float, float, str, bool], Case]
+"""The case at a number of grain diameters across and a softness, with a kind of design.
 
-The third says whether all that was measured has to be kept. CalibratorError where there is none.
+The last says whether all that was measured has to be kept. CalibratorError where there is none.
 """
 
 
@@ -65,9 +68,9 @@ def fit(build: Build, budget: float) -> Sized:
     Raises CalibratorError where none does, with what the smallest would cost.
     """
     last, least = None, float("inf")
-    for across, kind, keep in _trials():
+    for across, softness, kind, keep in _trials():
         try:
-            case = build(across, kind, keep)
+            case = build(across, softness, kind, keep)
         except CalibratorError as error:
             last = error
             continue
@@ -75,7 +78,11 @@ def fit(build: Build, budget: float) -> Sized:
         if hours <= budget:
             planned = len(plan_requests(case))
             return Sized(
-                case, across, hours, case.plan.most_runs if kind == "adaptive" else planned
+                case,
+                across,
+                softness,
+                hours,
+                case.plan.most_runs if kind == "adaptive" else planned,
             )
         least = min(least, hours)
     if least == float("inf"):
@@ -87,18 +94,19 @@ def fit(build: Build, budget: float) -> Sized:
     )
 
 
-def _trials() -> Iterator[tuple[float, str, bool]]:
+def _trials() -> Iterator[tuple[float, float, str, bool]]:
     """What is tried, in order.
 
     All that was measured, in wide vessels, with either design; then in narrow ones, where fewer
-    runs come before a narrower vessel; then the same without what such vessels say nothing of.
+    runs come before a narrower vessel; then the same without what such vessels say nothing of. Each
+    with softer grains before anything else is given up.
     """
     wide = [a for a in ACROSS if a >= GOOD]
     narrow = [a for a in ACROSS if a < GOOD]
     kinds = ("sobol", "adaptive")
     for keep in (True, False):
-        yield from ((a, kind, keep) for kind in kinds for a in wide)
-        yield from ((a, kind, keep) for a in narrow for kind in kinds)
+        yield from ((a, s, kind, keep) for kind in kinds for a in wide for s in SOFTNESS)
+        yield from ((a, s, kind, keep) for a in narrow for kind in kinds for s in SOFTNESS)
 
 
 def forecast(case: Case) -> float:
@@ -107,7 +115,7 @@ def forecast(case: Case) -> float:
     An adaptive plan counts with the most runs that it may make.
     """
     planned = plan_requests(case)
-    seconds = float(core_seconds(planned).sum())
+    seconds = float(core_seconds(planned, rate=case.run.particle_steps_per_second).sum())
     if case.plan.design == "adaptive":
         seconds *= max(case.plan.most_runs / len(planned), 1.0)
     spread = case.verify.replicates + CANDIDATES * case.verify.spread_replicates
@@ -122,7 +130,8 @@ def forecast(case: Case) -> float:
 
 def per_run(case: Case, experiment: str) -> float:
     """Core-seconds of a run at the dear end of the box."""
-    return float(core_seconds([make_request(case, experiment, case.problem.high, 1)])[0])
+    dear = make_request(case, experiment, case.problem.high, 1)
+    return float(core_seconds([dear], rate=case.run.particle_steps_per_second)[0])
 
 
 def grains_of(case: Case, experiment: str) -> int:

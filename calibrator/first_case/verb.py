@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from calibrator.case.case import Case
@@ -53,6 +53,8 @@ class Begun:
     calibrated, fixed : parameters, with bounds or values; design : of the plan, in words.
     runs : of the plan, at most; core_hours : of plan, verification and validation; budget : as it
         was given.
+    particle_steps_per_second : of a core with a thousand grains, that these hours count on;
+        rate_known : whether it was measured or given, and is not another machine's.
     factors : within which each friction will be known, 95 %; further : the measurement that would
         help most, in words, and the factors with it.
     converted : units; assumed : what nobody said; doubts : what `check` will warn of.
@@ -70,6 +72,8 @@ class Begun:
     runs: int
     core_hours: float
     budget: float
+    particle_steps_per_second: float
+    rate_known: bool
     factors: dict[str, float]
     further: str
     factors_with: dict[str, float]
@@ -100,6 +104,7 @@ class Begun:
             f"  {self.design}, {self.runs} runs at most; {self.core_hours:.2g} core-hours with"
             f" verification and validation, of {self.budget:g}"
         )
+        said.append(f"  {_counted_on(self)}")
         said += [f"  {words}" for words in _forecast(self)]
         said += [f"  converted: {words}" for words in _grouped(self.converted)]
         said += [f"  assumed: {words}" for words in self.assumed]
@@ -131,6 +136,21 @@ def _forecast(begun: Begun) -> list[str]:
     return found
 
 
+def _counted_on(begun: Begun) -> str:
+    """What the core-hours rest on."""
+    rate = (
+        f"{begun.particle_steps_per_second / 1e6:.2g} million particle-steps a second and core with"
+        " a thousand grains"
+    )
+    if begun.rate_known:
+        return f"core-hours are those of this machine, {rate}"
+    return (
+        f"core-hours are those of another machine, {rate}, as no run could be timed here; this one"
+        " may be four times slower: call this where YADE is (`calibrator doctor`), or give"
+        " particle_steps_per_second"
+    )
+
+
 def _known(name: str, factor: float) -> str:
     words = name.replace("_", " ")
     return (
@@ -144,8 +164,12 @@ def _time(seconds: float) -> str:
     return f"{seconds:.0f} core-seconds" if seconds < 120 else f"{seconds / 60:.0f} core-minutes"
 
 
-def init(answers: Answers, folder: Path = Path()) -> Begun:
+def init(
+    answers: Answers, folder: Path = Path(), timed: Callable[[], float | None] = lambda: None
+) -> Begun:
     """Write a case and a lab file for these answers into a folder, and forecast what they give.
+
+    timed : returns particle-steps a second and core, or None; asked where the answers do not say.
 
     Raises CalibratorError where files of these names are there, where the budget pays for no plan
     at all, and for a case that could not be run.
@@ -158,6 +182,8 @@ def init(answers: Answers, folder: Path = Path()) -> Begun:
                 " another folder with --out"
             )
     _require_possible_vessels(answers)
+    if answers.rate is None:
+        answers = replace(answers, rate=timed())
     with tempfile.TemporaryDirectory() as place:
         sized, own = _fitted(answers, Path(place))
         texts = [path.read_text() for path in _paths(answers, Path(place))]
@@ -186,10 +212,10 @@ def _paths(answers: Answers, folder: Path) -> tuple[Path, Path]:
 def _fitted(answers: Answers, place: Path) -> tuple[Sized, Draft]:
     """The case that the budget pays for, and its draft; its files lie in a folder."""
     path, lab = _paths(answers, place)
-    drafts: dict[float, Draft] = {}
+    drafts: dict[tuple[float, float], Draft] = {}
 
-    def build(most: float, kind: str, keep: bool) -> Case:
-        own = drafts.setdefault(most, draft(answers, most))
+    def build(most: float, softness: float, kind: str, keep: bool) -> Case:
+        own = drafts.setdefault((most, softness), draft(answers, most, softness))
         if not own.targets:
             reasons = "; ".join(f"{key}: {why}" for key, why in own.lost.items())
             raise CalibratorError(
@@ -204,7 +230,7 @@ def _fitted(answers: Answers, place: Path) -> tuple[Sized, Draft]:
         return read_case(path)
 
     sized = fit(build, answers.budget)  # the last that it builds is the one that fits
-    return sized, drafts[sized.across]
+    return sized, drafts[sized.across, sized.softness]
 
 
 def _begun(answers: Answers, sized: Sized, own: Draft, paths: list[Path]) -> Begun:
@@ -237,6 +263,8 @@ def _begun(answers: Answers, sized: Sized, own: Draft, paths: list[Path]) -> Beg
         runs=sized.runs,
         core_hours=sized.hours,
         budget=answers.budget,
+        particle_steps_per_second=case.run.particle_steps_per_second,
+        rate_known=answers.rate is not None,
         factors=now,
         further=more[1] if more else "",
         factors_with=factors(own.targets, own.bounds, {more[0]: more[2]}) if more else {},

@@ -237,7 +237,7 @@ def _of_stiffness(case: Case, values: dict[str, Values]) -> list[str]:
         request = make_request(case, experiment, case.problem.high, case.plan.seed)
         dear = Request(request.setup, {**request.parameters, "young_modulus": stiff})
         cheap = Request(request.setup, {**request.parameters, "young_modulus": SOFTER})
-        hours = [float(core_seconds([one])[0]) / 3600 for one in (dear, cheap)]
+        hours = core_seconds([dear, cheap], rate=case.run.particle_steps_per_second) / 3600
         found.append(
             f"{experiment}: young_modulus = {stiff:g} Pa takes {setups.steps(dear):.2g} steps and"
             f" {hours[0]:.2g} core-hours a run, {SOFTER:g} Pa {setups.steps(cheap):.2g} and"

@@ -211,7 +211,8 @@ def _remedy(case: Case, experiment: str, size: Size) -> str:
     given = ", ".join(f"{name} = {value:g}" for name, value in size[1].items())
     request = make_request(case, experiment, case.problem.high, case.plan.seed)
     larger = Request(request.setup, {**request.parameters, **size[1]})
-    now, then = (float(core_seconds([one])[0]) for one in (request, larger))
+    rate = case.run.particle_steps_per_second
+    now, then = core_seconds([request, larger], rate=rate).tolist()
     cost = f" ({then:.2g} core-seconds a run instead of {now:.2g})" if then > 1.2 * now else ""
     return f"give {given}{cost}"
 

@@ -22,7 +22,7 @@ def forecast(space: Workspace) -> Forecast:
     setups = {}
     for experiment, own in by_experiment.items():
         write_table(space.folder("plan") / f"{experiment}.table", own)
-        setups[experiment] = _of_setup(own, done)
+        setups[experiment] = _of_setup(own, done, space.case.run.particle_steps_per_second)
     outcome = Forecast(
         runs=len(requests),
         finished=len(done),
@@ -34,9 +34,12 @@ def forecast(space: Workspace) -> Forecast:
     return space.note("plan", outcome)
 
 
-def _of_setup(requests: Sequence[Request], done: Sequence[Record]) -> SetupForecast:
-    """What the runs of one experiment will take; done : finished runs, whose times are known."""
-    seconds = core_seconds(requests, done)
+def _of_setup(requests: Sequence[Request], done: Sequence[Record], rate: float) -> SetupForecast:
+    """What the runs of one experiment will take; done : finished runs, whose times are known.
+
+    rate : particle-steps a second and core.
+    """
+    seconds = core_seconds(requests, done, rate)
     return SetupForecast(
         runs=len(requests),
         particles=(min(map(particles, requests)), max(map(particles, requests))),

@@ -125,7 +125,10 @@ def cheap_share(case: Case) -> float:
     """
     centre = case.problem.values_at(np.full((1, len(case.problem.names)), 0.5))[0]
     cheap, full = (
-        core_seconds([make_request(c, e, centre, 1) for e in case.problem.experiments]).sum()
+        core_seconds(
+            [make_request(c, e, centre, 1) for e in case.problem.experiments],
+            rate=case.run.particle_steps_per_second,
+        ).sum()
         for c in (case.cheap or case, case)
     )
     return float(cheap / full)

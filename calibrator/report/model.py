@@ -61,6 +61,12 @@ def model(findings: Findings, album: Album) -> str:
     )
 
 
+def _predicted(findings: Findings, request: Request) -> float:
+    """Core-seconds of a run, as far as those that have been made say it."""
+    rate = findings.space.case.run.particle_steps_per_second
+    return float(core_seconds([request], every_run(findings), rate)[0])
+
+
 RUN_HEAD = ("experiment", "grains", "time step [s]", "steps", "core-seconds per run", "from")
 
 
@@ -75,7 +81,7 @@ def _run_rows(findings: Findings, found: dict[str, Request]) -> list[list[str]]:
     for experiment, request in found.items():
         own = [r for r in fresh if experiment_of(problem, r.request) == experiment]
         spent = [_spent(r) for r in own if _spent(r) > 0]
-        cost = median(spent) if spent else float(core_seconds([request], every_run(findings))[0])
+        cost = median(spent) if spent else _predicted(findings, request)
         rows.append(
             [
                 text(experiment_words(experiment)),

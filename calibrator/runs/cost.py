@@ -1,4 +1,8 @@
-"""What a run will cost: particles x steps over a measured rate."""
+"""What a run will cost: particles x steps over a measured rate.
+
+The rate falls with the number of grains, as they no longer fit the processor's cache:
+benchmarks/runs/rate.py measures the power, and the default rate.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +10,23 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from calibrator.case.settings import PARTICLE_STEPS_PER_SECOND
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
 from calibrator.runs.setups import particles, steps
 
-PARTICLE_STEPS_PER_SECOND = 1.9e6
-"""Particle-steps a second and core: grains at the start times steps, measured on 1,400 of them by
-benchmarks/runs/rate.py.
-"""
+FALL = 0.3
+"""Power of the number of grains that the rate falls with, from 250 to 12,000."""
 
 
-def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -> np.ndarray:
+def core_seconds(
+    requests: Sequence[Request],
+    finished: Iterable[Record] = (),
+    rate: float = PARTICLE_STEPS_PER_SECOND,
+) -> np.ndarray:
     """Predicted core-seconds (n,) of each request.
+
+    rate : particle-steps a second and core of this machine, with a thousand grains at the start.
 
     What finished runs took corrects them, by the median of its ratio to the prediction, per set-up.
     A set-up that has none yet is corrected by those that have: the core is as slow for it.
@@ -26,10 +35,11 @@ def core_seconds(requests: Sequence[Request], finished: Iterable[Record] = ()) -
     for record in finished:
         spent = _measured(record)
         if record.status == "ok" and spent > 0:
-            ratios.setdefault(record.request.setup, []).append(spent / _predicted(record.request))
+            ratio = spent / _predicted(record.request, rate)
+            ratios.setdefault(record.request.setup, []).append(ratio)
     correction = {setup: float(np.median(values)) for setup, values in ratios.items()}
     others = float(np.median(list(correction.values()))) if correction else 1.0
-    return np.array([_predicted(r) * correction.get(r.setup, others) for r in requests])
+    return np.array([_predicted(r, rate) * correction.get(r.setup, others) for r in requests])
 
 
 def core_hours(record: Record) -> float:
@@ -42,6 +52,16 @@ def _measured(record: Record) -> float:
     return sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
 
 
-def _predicted(request: Request) -> float:
-    start_up = 2.0
-    return start_up + particles(request) * steps(request) / PARTICLE_STEPS_PER_SECOND
+def with_a_thousand(rate: float, grains: int) -> float:
+    """The particle-steps a second that a core does with a thousand grains, by those with others."""
+    return rate * _slowed(grains)
+
+
+def _predicted(request: Request, rate: float = PARTICLE_STEPS_PER_SECOND) -> float:
+    start_up, grains = 2.0, particles(request)
+    return start_up + grains * steps(request) / rate * _slowed(grains)
+
+
+def _slowed(grains: int) -> float:
+    """How much longer a grain's step takes than one of a thousand grains."""
+    return float((grains / 1000) ** FALL)

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from calibrator.case.settings import PARTICLE_STEPS_PER_SECOND
 from calibrator.errors import CalibratorError
 from calibrator.runs.batch import Batch, Progress, note_ended, pending_requests
 from calibrator.runs.cost import core_seconds
@@ -27,6 +28,9 @@ class Engine(ABC):
 
     cores: int | None = None
     """Runs that are made at a time; None where that is up to a queue."""
+
+    rate: float = PARTICLE_STEPS_PER_SECOND
+    """Particle-steps a second and core that are counted on until runs have said it."""
 
     early_ends: int | None = None
     """Batches of a call that may end before all their runs have started; None where a batch is not
@@ -165,7 +169,8 @@ def _watch(
     """
     call, pending = to_make
     failures, records = folder.failures(), gather(folder, requests)
-    cost = dict(zip((r.run_id for r in pending), core_seconds(pending, records), strict=True))
+    seconds = core_seconds(pending, records, engine.rate)
+    cost = dict(zip((r.run_id for r in pending), seconds, strict=True))
     failed = {r.run_id: failed_attempts(failures, r) for r in pending}
     batch = Batch(sorted(pending, key=lambda r: -cost[r.run_id]), cost, failed)
     ids = {r.run_id for r in call}

@@ -91,7 +91,8 @@ class Watch:
     def _left(self, elapsed: float) -> float:
         """Seconds until the batch has ended, by what its runs have taken over what was predicted.
 
-        A run that has outlived its prediction is taken to need a quarter of its time once more.
+        A run that has outlived its prediction is taken to need a quarter of its time once more, and
+        what it says of the pace holds for those that have not begun.
         """
         cost = self.batch.cost
         left = {r.run_id: cost[r.run_id] for r in self.batch.requests if r.run_id not in self.now}
@@ -100,12 +101,12 @@ class Watch:
         spent, mean = sum(cost.values()) - sum(left.values()), sum(cost.values()) / len(cost)
         if self.cores is None:  # how long jobs queue is not known: the rate is all there is
             return elapsed * max(sum(left.values()), mean / 4) / max(spent, mean)
+        ages = {i: elapsed - self.began[i] for i in left if i in self.began}
         pace = (sum(self.took.values()) + mean) / (spent + mean)
-        flying = []
-        for run_id in left:
-            left[run_id] *= pace
-            if run_id in self.began:
-                age = elapsed - self.began[run_id]
-                left[run_id] = max(left[run_id] - age, age / 4)
-                flying.append(left[run_id])
-        return max([sum(left.values()) / self.cores, *flying])
+        late = [i for i, age in ages.items() if age > pace * cost[i]]
+        pace = (pace * (spent + mean) + sum(1.25 * ages[i] for i in late)) / (
+            spent + mean + sum(cost[i] for i in late)
+        )
+        left = {i: pace * seconds for i, seconds in left.items()}
+        left |= {i: max(left[i] - age, age / 4) for i, age in ages.items()}
+        return max([sum(left.values()) / self.cores, *(left[i] for i in ages)])

@@ -201,7 +201,8 @@ def work_left(space: Workspace, requests: Sequence[Request]) -> tuple[list[Reque
     """The requests that are not finished, and the core-hours that they are predicted to take."""
     done = space.finished(requests)
     missing = without(requests, done)
-    return missing, float(core_seconds(missing, done).sum() / 3600) if missing else 0.0
+    rate = space.case.run.particle_steps_per_second
+    return missing, float(core_seconds(missing, done, rate).sum() / 3600) if missing else 0.0
 
 
 @dataclass(frozen=True)
@@ -249,6 +250,7 @@ def carry_out(
     missing = [r for r in requests if r.run_id not in there]
     if missing:
         engine = ENGINES[space.engine](space.case)
+        engine.rate = space.case.run.particle_steps_per_second
         before = {r.run_id for r in gather(space.runs, missing)}
         attempts = space.case.run.attempts
         records = run(engine, space.runs, missing, attempts, report, space.go_on)

@@ -33,6 +33,7 @@ def watch(space: Workspace, request: Request, folder: Path, report: Report) -> R
         for path in (runs.record(request), folder / "failures.json"):
             path.unlink(missing_ok=True)  # else the run would count as done, or as tried enough
     engine = Local(1, space.case.run.yade, WATCHED)
+    engine.rate = space.case.run.particle_steps_per_second
     (record,) = run(engine, runs, [request], space.case.run.attempts, report)
     if record.status in RETRIED:
         raise CalibratorError(

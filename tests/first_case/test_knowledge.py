@@ -75,7 +75,7 @@ def test_the_measurement_that_helps_most_is_not_one_that_is_there():
 def test_no_more_parameters_are_open_than_there_are_targets():
     for shape in SHAPES:
         for targets in (["bulk_density"], ["bulk_density", "a"], ["bulk_density", "a", "b"], ["a"]):
-            bounds, fixed = open_parameters(shape, targets, 2500.0, 5e6)
+            bounds, fixed = open_parameters(shape, targets, 2500.0, 5e5, 5e6)
             assert 1 <= len(bounds) <= len(targets)
             assert not bounds.keys() & fixed.keys()
             assert {
@@ -85,12 +85,19 @@ def test_no_more_parameters_are_open_than_there_are_targets():
                 "particle_density",
             } == (bounds.keys() | fixed.keys())
     assert (
-        "particle_density" in open_parameters("angular", ["bulk_density", "a", "b"], 2500, 5e6)[0]
+        "particle_density"
+        in open_parameters("angular", ["bulk_density", "a", "b"], 2500, 5e5, 5e6)[0]
     )
     assert (
         "particle_density"
-        not in open_parameters("spheres", ["bulk_density", "a", "b"], 2500, 5e6)[0]
+        not in open_parameters("spheres", ["bulk_density", "a", "b"], 2500, 5e5, 5e6)[0]
     )
+
+
+def test_grains_that_are_softest_already_have_no_stiffness_to_search():
+    targets = ["bulk_density", "a", "b"]
+    assert "young_modulus" in open_parameters("spheres", targets, 2500, 5e5, 5e6)[0]
+    assert open_parameters("spheres", targets, 2500, 5e5, 5e5)[1]["young_modulus"] == 5e5
 
 
 def test_the_stiffness_grows_with_the_pressure_at_the_bottom():

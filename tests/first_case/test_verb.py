@@ -130,6 +130,47 @@ def test_a_vessel_that_cannot_be_is_refused_before_it_is_sized(vessel, said, tmp
         init(answers_of({**ORE, "hourglass": flow}), tmp_path)
 
 
+def test_a_slow_machine_gets_a_smaller_vessel_for_the_same_budget(tmp_path):
+    """It was given the vessel of a fast one, and the budget was spent before the plan was done."""
+    fast, slow = (
+        init(answers_of(answers(budget=6, particle_steps_per_second=rate)), tmp_path / str(rate))
+        for rate in (4e6, 1e6)
+    )
+    assert slow.vessels["conical_pile"].grains < fast.vessels["conical_pile"].grains
+    assert slow.core_hours <= 6 and slow.rate_known
+    assert read_case(slow.case).run.particle_steps_per_second == 1e6
+    assert "1 million particle-steps a second" in "\n".join(slow.lines())
+
+
+def test_the_machine_is_timed_once_nothing_else_is_wrong_and_is_not_where_the_answers_say_it(
+    tmp_path,
+):
+    timed = []
+
+    def half():
+        timed.append(1)
+        return 1e6
+
+    begun = init(answers_of(answers(budget=20)), tmp_path, half)
+    assert begun.particle_steps_per_second == 1e6 and len(timed) == 1
+    with pytest.raises(CalibratorError, match="not overwritten"):
+        init(answers_of(answers()), tmp_path, half)
+    init(answers_of(answers(particle_steps_per_second=3e6)), tmp_path / "given", half)
+    assert len(timed) == 1
+
+
+def test_hours_of_another_machine_are_called_so(tmp_path):
+    begun = init(answers_of(answers()), tmp_path)
+    assert not begun.rate_known and "another machine" in "\n".join(begun.lines())
+    assert "particle_steps_per_second" not in Path(begun.case).read_text()
+
+
+@pytest.mark.parametrize("given", [0, "fast", 1e12])
+def test_a_rate_that_no_machine_has_is_refused(given):
+    with pytest.raises(CalibratorError, match="particle_steps_per_second = "):
+        answers_of(answers(particle_steps_per_second=given))
+
+
 def test_what_says_nothing_of_smaller_vessels_is_said_where_the_budget_is_too_small(tmp_path):
     flow = ORE["hourglass"] | {"measured": {"drained_angle_of_repose_deg": "33; 34 deg"}}
     only = {k: v for k, v in ORE.items() if k != "ledge"}
@@ -145,6 +186,7 @@ def test_the_command_takes_a_file_and_options_and_prints_json(tmp_path, capsys):
         "conical_pile.cylinder_diameter=30 mm",
         "conical_pile.fill_height=30 mm",
         "conical_pile.measured.pile_angle_of_repose_deg=30, 31 deg",
+        "particle_steps_per_second=1.9e6",
     ]
     options = [word for one in given for word in ("--set", one)]
     out = tmp_path / "out"
@@ -184,7 +226,7 @@ def test_a_number_near_zero_is_left_out_where_the_simulated_vessel_is_another(tm
         "shape": "rounded",
         "grain_diameter": "1.5 mm",
         "particle_density": "1.5 g/cm3",
-        "budget": 2,
+        "budget": 0.6,
         "rotating_drum": drum,
     }
     begun = init(answers_of(table), tmp_path)

@@ -1,19 +1,24 @@
 """What a smaller vessel leaves of a measurement."""
 
+import json
 import math
 
 import pytest
 
+from benchmarks.common import RESULTS
+from calibrator.first_case.grains import SOFTNESS
 from calibrator.first_case.vessels import (
     EMPTY_RING,
     FREE_HEIGHT,
     FREE_WIDTH,
     NARROWEST_NECK,
+    SOFTER,
     Kept,
     Lost,
     across,
     carried,
     smaller,
+    softened,
 )
 from calibrator.runs.setups import NOMINAL_FRACTION
 
@@ -108,3 +113,27 @@ def test_a_drum_keeps_its_size_and_speed_and_gets_coarser_grains():
     assert shallow["drum_depth"] / (2 * shallow["particle_radius"]) == pytest.approx(5, rel=1e-3)
     assert carried("rotating_drum", "drum_angle_deg", 40.0, drum, new).error > 0
     assert isinstance(carried("rotating_drum", "drum_blur", 1e-3, drum, new), Lost)
+
+
+def test_softer_grains_fill_denser_and_what_they_do_is_added_to_what_the_vessel_does():
+    assert softened("bulk_density", Kept(1500.0), SOFTNESS[0]) == Kept(1500.0)
+    step = Kept(1480.0, 8.0, "walls loosen it")
+    soft = [softened("bulk_density", step, s) for s in SOFTNESS[1:]]
+    assert 1480 < soft[0].value < soft[1].value < 1.05 * 1480
+    assert all(s.error > step.error and s.words.startswith("walls loosen it; ") for s in soft)
+
+
+def test_every_angle_is_less_sure_with_softer_grains_and_a_number_that_nobody_measured_is_kept():
+    for response in ("pile_angle_of_repose_deg", "drum_angle_deg"):
+        assert softened(response, Kept(30.0), SOFTNESS[1]).error > 0.2
+    assert "taken from" in softened("drum_angle_deg", Kept(30.0), SOFTNESS[2]).words
+    assert softened("residual_fraction", Kept(0.4), SOFTNESS[2]) == Kept(0.4)
+
+
+def test_what_softer_grains_do_is_what_the_benchmark_measured():
+    measured = json.loads((RESULTS / "softness.json").read_text())["less_stiff"]
+    for key, by_softness in measured.items():
+        response = key.partition(".")[2]
+        for softness, found in by_softness.items():
+            change, error = SOFTER[response][float(softness)]
+            assert abs(found["mean"] - change) < max(2 * found["standard_error"], error), key

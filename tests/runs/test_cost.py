@@ -32,6 +32,14 @@ def test_a_set_up_without_a_finished_run_is_corrected_by_the_others():
     assert after == pytest.approx(3 * before)
 
 
+def test_a_slower_core_takes_longer_until_its_runs_say_how_long():
+    fast, slow = (core_seconds([DRUM], rate=rate)[0] for rate in (2e6, 1e6))
+    assert slow - 2.0 == pytest.approx(2 * (fast - 2.0))  # two of them are the start
+    done = [took(DRUM, 3.0)]
+    fast, slow = (core_seconds([DRUM], done, rate)[0] for rate in (2e6, 1e6))
+    assert fast == pytest.approx(slow)
+
+
 def test_a_run_that_failed_or_says_no_time_corrects_nothing():
     done = [took(HEAP, 9.0, "timeout"), Record(LEDGE, "ok")]
     assert (core_seconds([HEAP, LEDGE], done) == core_seconds([HEAP, LEDGE])).all()

@@ -48,6 +48,11 @@ def test_the_time_left_is_never_nothing_while_a_run_is_under_way(watched):
     assert watched(2000, 4).left == 0
 
 
+def test_runs_that_outlive_their_prediction_say_how_long_those_behind_them_will_take(watched):
+    """It said that 200 s were left, with two of four runs at four times what was predicted."""
+    assert 400 <= watched(400, 0).left <= 700
+
+
 def test_a_run_that_ended_without_a_record_is_to_be_tried_again_and_not_done(watched):
     progress = watched(100, 2)
     assert (progress.done, progress.failed, progress.retried, progress.total) == (0, 0, 2, 4)

@@ -9,7 +9,7 @@ from calibrator.cli import main
 from calibrator.errors import CalibratorError
 from calibrator.plan.forecast import forecast
 from calibrator.plan.outcome import Forecast
-from calibrator.runs import workspace
+from calibrator.runs import local, workspace
 from calibrator.runs.request import Request
 from tests.conftest import space_for
 
@@ -77,6 +77,23 @@ def test_the_budget_is_asked_before_every_batch_and_knows_what_was_spent(
     ):
         workspace.carry_out(space, more, workspace.silent, dataclasses.replace(budget, hours=hours))
     assert len(space.finished(few)) == 2 and space.finished(more) == []
+
+
+def test_the_rate_of_the_case_is_what_hours_and_limits_of_runs_start_from(
+    write_case, tmp_path, fake_yade, monkeypatch
+):
+    """Limits that rest on a fast machine's rate end sound runs on a slow one."""
+    limits = []
+    monkeypatch.setattr(
+        local, "cpu_limit", lambda cost, patience: limits.append(max(cost.values())) or 999.0
+    )
+    asked, hours = [Request.of("ledge", seed=1)], []
+    for rate in ("2e6", "1e6"):
+        case = write_case(("jobs = 1", f"jobs = 1\nparticle_steps_per_second = {rate}"))
+        space = space_for(case, tmp_path / rate)
+        hours.append(workspace.work_left(space, asked)[1])
+        workspace.carry_out(space, asked, workspace.silent)
+    assert limits == pytest.approx([3600 * h for h in hours]) and hours[1] > 1.5 * hours[0]
 
 
 def test_a_verification_asks_the_budget_too(write_case, tmp_path, fake_yade, capsys):
