@@ -148,8 +148,8 @@ class Validation(Replicates):
     spread_replicates: int = 0
 
 
-PARTICLE_STEPS_PER_SECOND = 2.1e6
-"""Of a core with a thousand grains, until runs say better: that of one machine."""
+PARTICLE_STEPS_PER_SECOND = 2.12e6
+"""Of a core with up to a thousand grains, until runs say better: that of one machine."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class Running:
     each batch of runs; shipped : a database to start from; yade : the build of YADE, as a name on
     the PATH or an absolute path, whose own yade-batch is called as it with "-batch" behind. A case
     may come from anybody: what it names must be called yade-something. particle_steps_per_second :
-    of a core with a thousand grains, what a forecast starts from.
+    of a core with up to a thousand grains, what a forecast starts from.
     """
 
     jobs: int = 0

@@ -44,7 +44,7 @@ KEYS = {
     "restitution": "normal coefficient of restitution, where it is known",
     "budget": "core-hours for everything, such as 2",
     "lab": "lab file that `calibrator measure` has written",
-    "particle_steps_per_second": "of a core with a thousand grains; measured here otherwise",
+    "particle_steps_per_second": "of a core, up to a thousand grains; measured here otherwise",
 }
 """The answers beside those of a set-up, and what each is."""
 

@@ -204,7 +204,7 @@ def case_text(answers: Answers, own: Draft, design: Design) -> str:
         f"budget_core_hours = {answers.budget:g}  # of one command",
     ]
     if answers.rate:
-        lines.append(f"particle_steps_per_second = {answers.rate:.2g}  # with a thousand grains")
+        lines.append(f"particle_steps_per_second = {answers.rate:.2g}  # up to a thousand grains")
     return "\n".join(lines) + "\n"
 
 

@@ -53,7 +53,7 @@ class Begun:
     calibrated, fixed : parameters, with bounds or values; design : of the plan, in words.
     runs : of the plan, at most; core_hours : of plan, verification and validation; budget : as it
         was given.
-    particle_steps_per_second : of a core with a thousand grains, that these hours count on;
+    particle_steps_per_second : of a core with up to a thousand grains, that these hours count on;
         rate_known : whether it was measured or given, and is not another machine's.
     factors : within which each friction will be known, 95 %; further : the measurement that would
         help most, in words, and the factors with it.
@@ -140,7 +140,7 @@ def _counted_on(begun: Begun) -> str:
     """What the core-hours rest on."""
     rate = (
         f"{begun.particle_steps_per_second / 1e6:.2g} million particle-steps a second and core with"
-        " a thousand grains"
+        " up to a thousand grains"
     )
     if begun.rate_known:
         return f"core-hours are those of this machine, {rate}"

@@ -1,7 +1,8 @@
 """What a run will cost: particles x steps over a measured rate.
 
-The rate falls with the number of grains, as they no longer fit the processor's cache:
-benchmarks/runs/rate.py measures the power, and the default rate.
+The rate falls with the number of grains, as they no longer fit the processor's cache. How fast
+differs between machines (benchmarks/runs/rate.py): with 3,500 to 4,000 grains one had 0.82 of its
+rate with a thousand, another 0.43. What is taken lies between; finished runs correct it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from calibrator.runs.request import Request
 from calibrator.runs.setups import particles, steps
 
 FALL = 0.3
-"""Power of the number of grains that the rate falls with, from 250 to 12,000."""
+"""Power of the number of grains that the rate falls with, from a thousand to MANY."""
+MANY = 12_000
+"""Grains that fit no cache: each costs what it costs among more of them."""
 
 
 def core_seconds(
@@ -26,7 +29,7 @@ def core_seconds(
 ) -> np.ndarray:
     """Predicted core-seconds (n,) of each request.
 
-    rate : particle-steps a second and core of this machine, with a thousand grains at the start.
+    rate : particle-steps a second and core of this machine, with up to a thousand grains.
 
     What finished runs took corrects them, by the median of its ratio to the prediction, per set-up.
     A set-up that has none yet is corrected by those that have: the core is as slow for it.
@@ -52,16 +55,11 @@ def _measured(record: Record) -> float:
     return sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
 
 
-def with_a_thousand(rate: float, grains: int) -> float:
-    """The particle-steps a second that a core does with a thousand grains, by those with others."""
-    return rate * _slowed(grains)
-
-
 def _predicted(request: Request, rate: float = PARTICLE_STEPS_PER_SECOND) -> float:
     start_up, grains = 2.0, particles(request)
     return start_up + grains * steps(request) / rate * _slowed(grains)
 
 
 def _slowed(grains: int) -> float:
-    """How much longer a grain's step takes than one of a thousand grains."""
-    return float((grains / 1000) ** FALL)
+    """How much longer a grain's step takes than among a thousand grains."""
+    return float((min(max(grains, 1000), MANY) / 1000) ** FALL)

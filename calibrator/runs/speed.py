@@ -6,7 +6,6 @@ import tempfile
 from pathlib import Path
 
 from calibrator.errors import CalibratorError
-from calibrator.runs.cost import with_a_thousand
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
 from calibrator.runs.request import Request
@@ -26,7 +25,7 @@ PROBE = Request.of(
 def measured_rate() -> float | None:
     """Particle-steps a second of a core of this machine; None where no run can be made here.
 
-    That is with a thousand grains, as forecasts take it.
+    That is with up to a thousand grains, as forecasts take it.
 
     A case cannot name the build of YADE before there is one: it is that of the environment.
     """
@@ -38,5 +37,4 @@ def measured_rate() -> float | None:
     seconds = sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
     if record.status != "ok" or seconds <= 0:
         return None
-    grains = particles(PROBE)
-    return with_a_thousand(grains * float(record.diagnostics["steps"]) / seconds, grains)
+    return particles(PROBE) * float(record.diagnostics["steps"]) / seconds
