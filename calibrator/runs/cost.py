@@ -1,8 +1,8 @@
 """What a run will cost: particles x steps over a measured rate.
 
 The rate falls with the number of grains, as they no longer fit the processor's cache. How fast
-differs between machines (benchmarks/runs/rate.py): with 3,500 to 4,000 grains one had 0.82 of its
-rate with a thousand, another 0.43. What is taken lies between; finished runs correct it.
+differs between machines (benchmarks/runs/rate.py): with 3,500 grains one had about 0.8 of its rate
+with a thousand, with 4,000 another 0.43. What is taken lies between; finished runs correct it.
 """
 
 from __future__ import annotations
