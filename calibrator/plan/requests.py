@@ -17,6 +17,7 @@ from calibrator.responses.table import experiment_of, points_of
 from calibrator.runs.cost import core_seconds
 from calibrator.runs.record import Record
 from calibrator.runs.request import Request
+from calibrator.runs.setups import particles, steps
 
 
 def design_points(case: Case) -> np.ndarray:
@@ -61,7 +62,8 @@ def _requests_of(case: Case, experiment: str, points: np.ndarray) -> list[Reques
         )
         for i in sorted(own.tolist())
     ]
-    order = np.argsort(core_seconds(first), kind="stable")
+    # what forecasts know of machines may change, and the plan that runs were made for must not
+    order = np.argsort([particles(r) * steps(r) for r in first], kind="stable")
     cheapest, requests = set(order[: replicated or None].tolist()), list[Request]()
     for i, request in enumerate(first):
         count, seed = plan.replicates if i in cheapest else 1, int(request.parameters["seed"])
@@ -125,10 +127,7 @@ def cheap_share(case: Case) -> float:
     """
     centre = case.problem.values_at(np.full((1, len(case.problem.names)), 0.5))[0]
     cheap, full = (
-        core_seconds(
-            [make_request(c, e, centre, 1) for e in case.problem.experiments],
-            rate=case.run.particle_steps_per_second,
-        ).sum()
+        core_seconds([make_request(c, e, centre, 1) for e in case.problem.experiments]).sum()
         for c in (case.cheap or case, case)
     )
     return float(cheap / full)

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from calibrator.case.settings import Running
 from calibrator.case.vocabulary import SCRIPTS
 from calibrator.files import read_arrays
 from calibrator.runs.folder import RunFolder
@@ -22,7 +23,7 @@ from calibrator.view.watched import SNAPSHOTS, WATCHED, differences, watch
 from tests.test_real_yade import SMALL
 
 pytestmark = pytest.mark.yade
-SPACE = SimpleNamespace(case=SimpleNamespace(run=SimpleNamespace(yade="", attempts=1)))
+SPACE = SimpleNamespace(case=SimpleNamespace(run=Running(attempts=1)))
 EVERY = 3e5  # particle-steps between checkpoints: a second of these runs
 BY_THE_CLOCK = ("filling_cpu", "release_cpu", "settling_cpu")
 
