@@ -14,6 +14,7 @@ BIN := $(VENV)/bin
 CASE ?= cases/coarse_sand.toml
 export OMP_NUM_THREADS ?= 1
 
+# one more than two cores, as some tests only wait
 WORKERS ?= 3
 HIDE ?= bond_number
 SECRET := results/laboratories/secret_$(HIDE)

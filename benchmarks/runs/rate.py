@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.common import write
+from calibrator.runs.cost import spent_seconds
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
@@ -41,8 +42,8 @@ def heap(larger: float, seed: int) -> Request:
 
 def rate(record: Record) -> float:
     """Particle-steps a second of a finished run."""
-    seconds = sum(record.diagnostics[k] for k in ("filling_cpu", "release_cpu"))
-    return particles(record.request) * record.diagnostics["steps"] / seconds
+    steps_made = particles(record.request) * record.diagnostics["steps"]
+    return float(steps_made / spent_seconds(record))
 
 
 def here() -> dict[str, object]:

@@ -19,6 +19,8 @@ from benchmarks.common import rounded, write
 from benchmarks.runs.rolling_stiffness import PAIRS, RESPONSES, SEEDS, Samples, difference
 from benchmarks.runs.rolling_stiffness import parameters as of_small_set_up
 from calibrator.case.physics import GRAVITY
+from calibrator.first_case.files import fill_height
+from calibrator.first_case.grains import SOFTNESS
 from calibrator.runs.database import Database
 from calibrator.runs.folder import RunFolder, gather
 from calibrator.runs.local import run
@@ -31,7 +33,6 @@ REPO = Path(__file__).resolve().parents[2]
 FOLDER = RunFolder(REPO / "results" / "softness")
 SHIPPED = REPO / "grid" / "softness.csv"
 COMMAND = "python -m benchmarks.runs.softness"
-SOFTNESS = (1e-4, 3e-4, 1e-3)
 DRUM = "rotating_drum"
 OF_DRUM = ("drum_angle_deg", "drum_upper_angle_deg", "drum_lower_angle_deg")
 OBSERVED = {**RESPONSES, DRUM: OF_DRUM}
@@ -41,19 +42,13 @@ def request(setup: str, pair: tuple[float, float], softness: float, seed: int) -
     """One run, whose Young's modulus is the pressure under its fill over the softness."""
     frictions = {"rolling_friction": pair[0], "sliding_friction": pair[1]}
     own = {**frictions, "seed": seed} if setup == DRUM else of_small_set_up(setup, pair, seed)
-    p = numbers(Request.of(setup, **own))
-    pressure = NOMINAL_FRACTION * p["particle_density"] * GRAVITY * height(setup, p)
-    return Request.of(setup, **{**own, "young_modulus": float(f"{pressure / softness:.3g}")})
+    young = pressure(numbers(Request.of(setup, **own))) / softness
+    return Request.of(setup, **{**own, "young_modulus": float(f"{young:.3g}")})
 
 
-def height(setup: str, p: dict[str, float]) -> float:
-    """Height [m] of a fill, of a drum its radius."""
-    if setup == DRUM:
-        return p["drum_diameter"] / 2
-    if setup == "hourglass":
-        section = np.pi / 4 * p["cylinder_diameter"] ** 2
-        return float(p["fill_mass"] / (NOMINAL_FRACTION * p["particle_density"] * section))
-    return p["fill_height"]
+def pressure(p: dict[str, float]) -> float:
+    """Pressure [Pa] at the bottom of a fill."""
+    return NOMINAL_FRACTION * p["particle_density"] * GRAVITY * fill_height(p)
 
 
 def wanted(setup: str) -> list[Request]:
@@ -82,8 +77,7 @@ def run_yade(setups: list[str]) -> None:
 def softness_of(record: Record) -> float:
     """Which softness a run has."""
     p = numbers(record.request)
-    pressure = NOMINAL_FRACTION * p["particle_density"] * GRAVITY * height(record.request.setup, p)
-    return min(SOFTNESS, key=lambda s: abs(np.log(s * p["young_modulus"] / pressure)))
+    return min(SOFTNESS, key=lambda s: abs(np.log(s * p["young_modulus"] / pressure(p))))
 
 
 def samples(setup: str, response: str) -> Samples:

@@ -95,7 +95,7 @@ def draft(answers: Answers, across: float, softness: float = SOFTNESS[0]) -> Dra
     rows = _with_roles(rows)
     targets = [r.response for r in rows if r.role == "calibrate"]
     density = answers.particle_density
-    highest = max((_height(v) for v in vessels.values()), default=0.0)
+    highest = max((fill_height(v) for v in vessels.values()), default=0.0)
     young = [stiffness(density, highest, s) for s in (SOFTNESS[-1], softness)]
     bounds, fixed = open_parameters(answers.shape, targets, density, *young)
     if "young_modulus" in fixed:
@@ -121,7 +121,7 @@ def laboratory(answers: Answers, setup: str) -> dict[str, float]:
     return {**answers.vessels[setup], **grains}
 
 
-def _height(vessel: dict[str, float]) -> float:
+def fill_height(vessel: dict[str, float]) -> float:
     """Height [m] of the fill of a vessel."""
     if "fill_height" in vessel:
         return vessel["fill_height"]

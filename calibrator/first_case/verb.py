@@ -146,7 +146,7 @@ def _counted_on(begun: Begun) -> str:
         return f"core-hours are those of this machine, {rate}"
     return (
         f"core-hours are those of another machine, {rate}, as no run could be timed here; this one"
-        " may be four times slower: call this where YADE is (`calibrator doctor`), or give"
+        " may be three times slower: call this where YADE is (`calibrator doctor`), or give"
         " particle_steps_per_second"
     )
 

@@ -36,7 +36,7 @@ def core_seconds(
     """
     ratios: dict[str, list[float]] = {}
     for record in finished:
-        spent = _measured(record)
+        spent = spent_seconds(record)
         if record.status == "ok" and spent > 0:
             ratio = spent / _predicted(record.request, rate)
             ratios.setdefault(record.request.setup, []).append(ratio)
@@ -47,10 +47,10 @@ def core_seconds(
 
 def core_hours(record: Record) -> float:
     """What a finished run took [h]; the prediction where it did not say."""
-    return (_measured(record) or _predicted(record.request)) / 3600
+    return (spent_seconds(record) or _predicted(record.request)) / 3600
 
 
-def _measured(record: Record) -> float:
+def spent_seconds(record: Record) -> float:
     """Core-seconds of the stages that a run has been through."""
     return sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
 

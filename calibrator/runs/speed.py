@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from calibrator.errors import CalibratorError
+from calibrator.runs.cost import spent_seconds
 from calibrator.runs.folder import RunFolder
 from calibrator.runs.local import run
 from calibrator.runs.request import Request
@@ -34,7 +35,7 @@ def measured_rate() -> float | None:
             (record,) = run(RunFolder(Path(folder)), [PROBE], jobs=1, attempts=1)
         except (CalibratorError, OSError):
             return None
-    seconds = sum(float(record.diagnostics.get(k, 0)) for k in ("filling_cpu", "release_cpu"))
+    seconds = spent_seconds(record)
     if record.status != "ok" or seconds <= 0:
         return None
     return particles(PROBE) * float(record.diagnostics["steps"]) / seconds
